@@ -5,7 +5,7 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_curve::profile::Limits;
 use coaxle_node::followers::{MAX_REPORTS, REPORTS_CAPACITY, encode_reports};
 use coaxle_node::frame::sender_id;
-use coaxle_node::{Channel, FollowerReport, FollowerState, Outgoing, RunCycle};
+use coaxle_node::{Channel, FollowerReport, FollowerState, Outgoing, PresentAfter, RunCycle};
 
 use crate::config::{FarChannel, ReceiverConfig};
 use crate::far::FarNode;
@@ -132,7 +132,13 @@ impl ReportPublisher {
             }
             axis.due = Some(tick.ideal_start + PERIOD);
             axis.reported = Some(now);
-            self.message.push(axis.report(&now, &self.limits));
+            let wanted_delay = reported.far[axis.far].wanted_delay();
+            self.message.push(FollowerReport {
+                node: now.0,
+                run,
+                axis_id: axis.id,
+                state: now.2.state(self.limits[axis.axis], wanted_delay),
+            });
         }
         self.header.count = tick.count;
         self.waiting = (!self.message.is_empty())
@@ -161,23 +167,17 @@ impl ReportedAxis {
         };
         is_late || !self.reported.as_ref().is_some_and(is_same)
     }
+}
 
-    fn report(
-        &self,
-        (node, run, counts): &(u32, u64, SlavesOfAxis),
-        limits: &[Limits],
-    ) -> FollowerReport {
-        FollowerReport {
-            node: *node,
-            run: *run,
-            axis_id: self.id,
-            state: FollowerState {
-                slaves: counts.slaves,
-                in_sync: counts.in_sync,
-                in_error: counts.in_error,
-                distance: counts.distance,
-                limits: limits[self.axis],
-            },
+impl SlavesOfAxis {
+    fn state(&self, limits: Limits, wanted_delay: Option<Span>) -> FollowerState {
+        FollowerState {
+            slaves: self.slaves,
+            in_sync: self.in_sync,
+            in_error: self.in_error,
+            distance: self.distance,
+            limits,
+            wanted_delay: wanted_delay.and_then(PresentAfter::new),
         }
     }
 }

@@ -3,7 +3,7 @@
 use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::{PresentAfterMs, Wrong};
+use coaxle_node::config::Wrong;
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{SourceAxis, SourceSample};
 
@@ -84,7 +84,8 @@ impl VirtualAxes {
 }
 
 fn delay(config: &AxisConfig) -> Span {
-    (config.present_after_ms).map_or(Span::ZERO, PresentAfterMs::span)
+    // A figure: nobody reports to a receiver what would do.
+    (config.present_after()).map_or(Span::ZERO, |range| range.least)
 }
 
 /// Puts an axis with implausible values in error at its last position; a frame with such values

@@ -2,7 +2,7 @@
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{FollowerState, ReceivedReport};
+use coaxle_node::{FollowerState, PresentAfter, ReceivedReport};
 use coaxle_source::Followers;
 use coaxle_source::config::{AxisConfig, FollowersConfig};
 use serde::Serialize;
@@ -126,6 +126,20 @@ impl FollowerWatch {
             }
         }
         Some(sum)
+    }
+
+    /// True if all followers of all axes are in sync.
+    pub(crate) fn are_in_sync(&self) -> bool {
+        let mut followers = self.axes.iter().flat_map(|axis| &axis.followers);
+        followers.all(|follower| follower.condition == FollowerCondition::InSync)
+    }
+
+    /// Greatest presentation delay that a follower wants; none before one says so.
+    pub(crate) fn wanted_delay(&self) -> Option<Span> {
+        let followers = self.axes.iter().flat_map(|axis| &axis.followers);
+        let heard = followers.filter_map(|follower| follower.heard.as_ref());
+        let wanted = heard.filter_map(|heard| heard.state.wanted_delay);
+        wanted.max().map(PresentAfter::span)
     }
 
     /// Condition of each follower of each axis in the newest cycle, in the order of the config.

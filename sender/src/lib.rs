@@ -12,6 +12,7 @@ mod plans;
 pub mod run;
 pub mod signals;
 mod snapshot;
+mod stated_delay;
 
 pub use followers::FollowerCondition;
 pub use node::Sender;

@@ -4,14 +4,14 @@ use std::num::NonZeroU32;
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
+use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::{PresentAfterMs, Wrong};
+use coaxle_node::config::Wrong;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{
-    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, RunCycle, TimeServer,
-    TimeServerCounters,
+    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, PresentAfter, RunCycle,
+    TimeServer, TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{SourceAxis, SourceSample};
@@ -21,6 +21,7 @@ use crate::followers::{FollowerCondition, FollowerWatch};
 use crate::plans::PlanPublisher;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
+use crate::stated_delay::StatedDelay;
 
 /// The sender node: each cycle it computes its axes at the ideal start of that cycle and encodes
 /// them into one frame, in the order of their ids.
@@ -42,6 +43,8 @@ pub struct Sender {
     beacon_server: BeaconServer,
     /// Followers, if an axis has some.
     followers: Option<Box<FollowerWatch>>,
+    /// Time by which the axes are shown later, if they are.
+    delay: Option<StatedDelay>,
     /// The subscriptions.
     sources: Box<[Source]>,
     snapshot: SenderSnapshot,
@@ -85,8 +88,6 @@ impl Sender {
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
         snapshot.signals.node.run = epoch;
-        snapshot.signals.node.present_after_us =
-            (config.axes.present_after()).map(|time| time.span().as_micros_f64());
         // Messages come with the number of their subscription.
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::Followers => Source::Follower(subscription.far),
@@ -116,7 +117,7 @@ impl Sender {
                 index: CycleIndex::of_count(first),
                 count: first,
                 cycle_time,
-                present_after: (config.axes.present_after()).and_then(PresentAfterMs::delay),
+                present_after: None,
                 send_stamp: None,
             },
             shown: vec![NcToPlcAxis::default(); axes.len()],
@@ -129,6 +130,8 @@ impl Sender {
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             beacon_server: BeaconServer::new(sender, epoch, schedule.start(), cycle_time),
             followers: FollowerWatch::new(config, epoch).map(Box::new),
+            delay: (config.axes.present_after())
+                .map(|range| StatedDelay::new(range, cycle_time.span())),
             sources: subscriptions.iter().map(source).collect(),
             schedule,
             snapshot,
@@ -141,22 +144,54 @@ impl Sender {
         &self.shown
     }
 
-    fn move_axes(&mut self, now: Instant<Local>) {
+    fn move_axes(&mut self, now: Instant<Local>) -> bool {
+        let mut do_axes_stand = true;
         let since_start = now - self.start;
-        if let Some(followers) = &mut self.followers {
-            followers.judge(now);
-        }
+        self.judge_followers(now);
+        let is_settled = self.delay.as_ref().is_none_or(StatedDelay::is_settled);
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
             let of_axis = |watch: &FollowerWatch| watch.of(axis.source.id());
-            if let Some(followers) = self.followers.as_deref().and_then(of_axis) {
+            if let Some(mut followers) = self.followers.as_deref().and_then(of_axis) {
+                followers.are_in_sync &= is_settled;
                 axis.source.take_followers(since_start, &followers);
             }
             // At the ideal start, not at the late wake-up: receivers extrapolate from there.
             let sample = axis.source.at(since_start, shown);
+            do_axes_stand &= sample.motion.velocity == 0.0 && sample.motion.acceleration == 0.0;
             if let Some(slot) = axis.slot {
                 self.snapshot.signals.axes[slot] = signals_of(&sample);
             }
         }
+        do_axes_stand
+    }
+
+    fn judge_followers(&mut self, now: Instant<Local>) {
+        let Some(followers) = &mut self.followers else {
+            return;
+        };
+        followers.judge(now);
+        if let Some(delay) = &mut self.delay {
+            delay.take_sync(now - self.snapshot.ideal_start, followers.are_in_sync());
+        }
+    }
+
+    /// Leads the presentation delay to what the followers want.
+    fn lead_delay(&mut self, now: Instant<Local>, do_axes_stand: bool) {
+        let wanted = self
+            .followers
+            .as_ref()
+            .and_then(|watch| watch.wanted_delay());
+        let signals = &mut self.snapshot.signals.node;
+        signals.wanted_present_after_us = wanted.map(Span::as_micros_f64);
+        let Some(delay) = &mut self.delay else {
+            return;
+        };
+        if delay.is_led() {
+            delay.advance(now - self.snapshot.ideal_start, wanted, do_axes_stand);
+        }
+        self.header.present_after = delay.field();
+        let stated = self.header.present_after.map(PresentAfter::span);
+        signals.present_after_us = stated.map(Span::as_micros_f64);
     }
 
     fn plan(&mut self, tick: &Tick) {
@@ -259,7 +294,8 @@ impl Node for Sender {
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.schedule.take(now);
         // Skipped cycles are in the difference: after a stall the axis is where time has taken it.
-        self.move_axes(tick.ideal_start);
+        let do_axes_stand = self.move_axes(tick.ideal_start);
+        self.lead_delay(tick.ideal_start, do_axes_stand);
         self.encode(&tick);
         self.plan(&tick);
         // After the axes: the response must not delay them, and carries its own time.
@@ -313,10 +349,11 @@ impl Axis {
 fn check_presentation(config: &SenderConfig) -> Result<(), Wrong> {
     let cycle = config.cycle_time_us.0.span();
     match config.axes.present_after() {
-        Some(time) if time.span() < cycle => {
-            let expected = format!("the cycle time or more, {} ms", cycle.as_micros_f64() / 1e3);
-            let wrong = Wrong::of("present-after-ms", time.get(), expected);
-            Err(wrong.within("axis[0]"))
+        // One of "auto" begins with the cycle time.
+        Some(range) if range.most < cycle => {
+            let [most, cycle] = [range.most, cycle].map(|time| time.as_micros_f64() / 1e3);
+            let expected = format!("the cycle time or more, {cycle} ms");
+            Err(Wrong::of("present-after-ms", most, expected).within("axis[0]"))
         }
         _ => Ok(()),
     }

@@ -14,6 +14,8 @@ signals! {
         /// Presentation delay of its frames: the time after their generation at which its axes are shown; none if
         /// followers move the newest values to now.
         present_after_us: Option<f64> ["µs"],
+        /// Greatest presentation delay that a follower reports as needed: its axes then find the frames that they need.
+        wanted_present_after_us: Option<f64> ["µs"],
         /// Cycles skipped.
         overruns: u64 [""],
         /// Plans published, of all axes.

@@ -16,6 +16,8 @@ pub struct TruthSample<R: Domain> {
     pub count: u64,
     /// The axis, with velocity and acceleration over the sender's own time.
     pub axis: Kinematics,
+    /// Presentation delay that its frame states; zero without one.
+    pub present_after: Span,
 }
 
 /// The master at an instant.
@@ -104,6 +106,33 @@ impl<R: Domain> Oracle<R> {
             Some(to) => Some(self.between(from, to, self.pace(from, to), at)),
             None => (from.at == at).then(|| self.between(from, from, self.pace_up_to(place), at)),
         }
+    }
+
+    /// Presentation delay of what is shown at `at`: stated as much earlier, as it belongs to the frame that states it. None where that is unknown.
+    #[must_use]
+    pub fn shown_after(&self, at: Instant<R>) -> Option<Span> {
+        let mut delay = self.stated_at(at)?;
+        // It changes by less than a thousandth of the time: each step leaves so much of the error.
+        for _ in 0..4 {
+            delay = self.stated_at(at - delay)?;
+        }
+        Some(delay)
+    }
+
+    /// Presentation delay of a frame at `at`, between those of its neighbours; that of the one before where it steps.
+    fn stated_at(&self, at: Instant<R>) -> Option<Span> {
+        let after = self.first_after(at);
+        let from = self.samples.get(after.checked_sub(1)?)?;
+        let before = from.present_after;
+        let Some(to) = self.samples.get(after).filter(|to| is_known(from, to)) else {
+            return Some(before);
+        };
+        let (change, length) = (to.present_after - before, to.at - from.at);
+        if change == Span::ZERO || change.abs() * 500 > length {
+            return Some(before);
+        }
+        let share = (at - from.at).as_secs_f64() / length.as_secs_f64();
+        Some(before + Span::from_nanos((change.as_nanos() as f64 * share).round() as i64))
     }
 
     /// Pace up to a sample that nothing follows. In swarm schedule 61153 a receiver's cycle was due at the nanosecond of such a sample: with a pace of 1 a

@@ -4,7 +4,7 @@ use coaxle_axis::Modulo;
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
-use coaxle_node::config::Unit;
+use coaxle_node::config::{PresentAfterRange, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_node::one_line;
 use serde::{Deserialize, Serialize};
@@ -52,8 +52,12 @@ struct AboutAxis {
     modulo: Option<Modulo>,
     #[serde(default)]
     limits: Option<StatedLimits>,
+    /// Time by which it is shown later; the shortest one, if its followers decide it.
     #[serde(default)]
     present_after_us: Option<f64>,
+    /// The longest one, if its followers decide it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    present_after_at_most_us: Option<f64>,
     /// Names of its masters in its own node.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     masters: Vec<String>,
@@ -162,7 +166,10 @@ fn written(node: &PlantNode, axis: &PlantAxis) -> AboutAxis {
         unit: axis.unit.clone(),
         modulo: axis.modulo,
         limits: axis.limits,
-        present_after_us: present_after.map(Span::as_micros_f64),
+        present_after_us: present_after.map(|range| range.least.as_micros_f64()),
+        present_after_at_most_us: present_after
+            .filter(PresentAfterRange::is_led)
+            .map(|range| range.most.as_micros_f64()),
         masters: masters.map(|master| master.name.clone()).collect(),
         follows: sources.iter().map(ToString::to_string).collect(),
     }
@@ -295,21 +302,36 @@ fn origin(axis: &AboutAxis, names: &[String], field: &str) -> Result<AxisOrigin,
             return Ok(AxisOrigin::Slave { masters });
         }
     };
-    let present_after = axis.present_after_us.map(Span::from_micros_f64);
-    let range = Span::ZERO..=Span::from_secs(4);
-    match present_after {
-        Some(delay) if !range.contains(&delay) => {
-            let received = axis.present_after_us.unwrap_or_default();
-            let field = format!("{field}.present_after_us");
-            Err(InvalidAbout::new(field, received, "0 to 4000000"))
+    Ok(AxisOrigin::Root {
+        motion,
+        present_after: present_after(axis, field)?,
+        // A node does not say whom it waits for.
+        followers: Vec::new(),
+    })
+}
+
+fn present_after(axis: &AboutAxis, field: &str) -> Result<Option<PresentAfterRange>, InvalidAbout> {
+    let Some(least) = axis.present_after_us else {
+        return Ok(None);
+    };
+    let most = axis.present_after_at_most_us.unwrap_or(least);
+    for (value, name) in [
+        (least, "present_after_us"),
+        (most, "present_after_at_most_us"),
+    ] {
+        if !(Span::ZERO..=PresentAfterRange::LONGEST).contains(&Span::from_micros_f64(value)) {
+            return Err(InvalidAbout::new(
+                format!("{field}.{name}"),
+                value,
+                "0 to 4000000",
+            ));
         }
-        present_after => Ok(AxisOrigin::Root {
-            motion,
-            present_after,
-            // A node does not say whom it waits for.
-            followers: Vec::new(),
-        }),
     }
+    let [least, most] = [least, most].map(Span::from_micros_f64);
+    Ok(Some(PresentAfterRange {
+        least,
+        most: most.max(least),
+    }))
 }
 
 fn far(axis: &AboutAxis, field: &str, showing: Showing) -> Result<FarReference, InvalidAbout> {

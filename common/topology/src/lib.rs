@@ -13,6 +13,7 @@
 //! use coaxle_clock::{CycleTime, Span};
 //! use coaxle_node::Channel;
 //! use coaxle_node::circles::AxisAddress;
+//! use coaxle_node::config::PresentAfterRange;
 //! use coaxle_node::keys::NodeName;
 //! use coaxle_topology::*;
 //!
@@ -35,7 +36,7 @@
 //!     limits: None,
 //!     origin,
 //! };
-//! let conveyor = AxisOrigin::Root { motion: RootMotion::Program, present_after: Some(Span::from_millis(20)), followers: vec![] };
+//! let conveyor = AxisOrigin::Root { motion: RootMotion::Program, present_after: Some(PresentAfterRange::only(Span::from_millis(20))), followers: vec![] };
 //! let far = AxisOrigin::Far(FarReference {
 //!     field: "far[0]".to_owned(),
 //!     sources: vec![AxisAddress::read("line/axes/1").expect("an address")],

@@ -4,7 +4,7 @@ use coaxle_axis::Modulo;
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
-use coaxle_node::config::Unit;
+use coaxle_node::config::{PresentAfterRange, Unit};
 use coaxle_node::keys::NodeName;
 use serde::{Deserialize, Serialize};
 
@@ -96,8 +96,8 @@ pub enum AxisOrigin {
     Root {
         /// Source of the motion.
         motion: RootMotion,
-        /// Time after its generation at which it is shown.
-        present_after: Option<Span>,
+        /// Time after its generation at which it is shown: one, or what its followers decide.
+        present_after: Option<PresentAfterRange>,
         /// Nodes that it waits for and stops with.
         followers: Vec<NodeName>,
     },

@@ -87,12 +87,24 @@ impl Settings for Stated<'_> {
     }
 }
 
-/// Delay that the config of a root states; zero without one.
+/// Delay that a root states, by its config or as its followers want it; zero without one.
 pub(crate) fn stated_delay(graph: &AxisGraph<'_>, axis: AxisNumber) -> Span {
-    match graph.axis(axis).origin {
-        AxisOrigin::Root { present_after, .. } => present_after.unwrap_or_default(),
-        _ => Span::ZERO,
-    }
+    let AxisOrigin::Root {
+        present_after: Some(range),
+        followers: named,
+        ..
+    } = &graph.axis(axis).origin
+    else {
+        return Span::ZERO;
+    };
+    // A running node does not say whom it listens to.
+    let is_heard = |follower: &&AxisNumber| {
+        let name = &graph.nodes[graph.node_of(**follower)].name;
+        range.is_led() && (named.is_empty() || named.contains(name))
+    };
+    let followers = graph.followers(axis).iter().filter(is_heard);
+    let wanted = followers.filter_map(|follower| asked(graph, *follower));
+    range.nearest(wanted.max().unwrap_or_default())
 }
 
 /// Time that the way of an axis asks for under the rule `auto`: a quarter and a cycle more than needed, as in a receiver.

@@ -4,7 +4,7 @@ use coaxle_axis::Modulo;
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
-use coaxle_node::config::Unit;
+use coaxle_node::config::{PresentAfterRange, Unit};
 use coaxle_node::keys::NodeName;
 use coaxle_topology::*;
 use proptest::prelude::*;
@@ -36,7 +36,8 @@ fn axis(name: &str, published: Option<(Channel, u32)>, origin: AxisOrigin) -> Pl
 fn root(present_after_ms: i64) -> AxisOrigin {
     AxisOrigin::Root {
         motion: RootMotion::Program,
-        present_after: (present_after_ms > 0).then(|| Span::from_millis(present_after_ms)),
+        present_after: (present_after_ms > 0)
+            .then(|| PresentAfterRange::only(Span::from_millis(present_after_ms))),
         followers: Vec::new(),
     }
 }

@@ -3,6 +3,7 @@
 //! A node reports for each axis that it follows how its slaves of that axis are. The node of the axis waits for them, stops
 //! with them, and keeps within what they can do.
 
+use coaxle_clock::Span;
 use coaxle_curve::profile::Limits;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +11,7 @@ use crate::channel::Channel;
 use crate::frame::{KeySeal, read, read_send_stamp, sender_id, write};
 use crate::keys::NodeName;
 use crate::message::{FollowerState, Message, ReceivedReport};
+use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
 use crate::run_cycle::{ListPrefix, RunCycle};
 
@@ -19,8 +21,8 @@ pub const MAX_REPORTS: usize = 16;
 /// A buffer of this many bytes holds the body of every message of reports.
 pub const REPORTS_CAPACITY: usize = 1 + 5 + 10 + 10 + 1 + MAX_REPORTS * MAX_REPORT_LEN;
 
-/// Node, run, axis id, three numbers of slaves, distance, four limits.
-const MAX_REPORT_LEN: usize = 5 + 10 + 5 + 3 * 3 + 8 + 4 * 8;
+/// Node, run, axis id, three numbers of slaves, distance, four limits, a delay.
+const MAX_REPORT_LEN: usize = 5 + 10 + 5 + 3 * 3 + 8 + 4 * 8 + 5;
 
 /// Report about one axis of another node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,6 +160,8 @@ pub(crate) struct StateBody {
     acceleration: f64,
     deceleration: f64,
     jerk: f64,
+    /// 0: unknown, or of no interest.
+    wanted_delay_ns: u32,
 }
 
 impl From<&FollowerReport> for ReportBody {
@@ -193,13 +197,15 @@ impl From<&FollowerState> for StateBody {
             acceleration: state.limits.acceleration(),
             deceleration: state.limits.deceleration(),
             jerk: state.limits.jerk(),
+            wanted_delay_ns: state.wanted_delay.map_or(0, PresentAfter::nanos),
         }
     }
 }
 
 impl StateBody {
     /// # Errors
-    /// [`Rejection::Implausible`]: more slaves in sync or in error than there are, or a number that is none.
+    /// [`Rejection::Implausible`]: more slaves in sync or in error than there are, a number that is none, or a delay beyond
+    /// [`PresentAfter::LONGEST`].
     pub(crate) fn checked(&self) -> Result<FollowerState, Rejection> {
         let Self {
             slaves,
@@ -210,17 +216,21 @@ impl StateBody {
             acceleration,
             deceleration,
             jerk,
+            wanted_delay_ns,
         } = *self;
+        let wanted_delay = PresentAfter::new(Span::from_nanos(wanted_delay_ns.into()));
+        let is_delay = wanted_delay.is_some() || wanted_delay_ns == 0;
         let limits = Limits::new(velocity, acceleration, deceleration, jerk);
         let adds_up = u32::from(in_sync) + u32::from(in_error) <= u32::from(slaves);
         let is_distance = distance.is_finite() && distance >= 0.0;
         match limits {
-            Ok(limits) if adds_up && is_distance => Ok(FollowerState {
+            Ok(limits) if adds_up && is_distance && is_delay => Ok(FollowerState {
                 slaves,
                 in_sync,
                 in_error,
                 distance,
                 limits,
+                wanted_delay,
             }),
             _ => Err(Rejection::Implausible),
         }

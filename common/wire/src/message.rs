@@ -9,6 +9,7 @@ use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::channel::Channel;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
+use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
 
 /// Event on a subscription of a node. One variant per kind of event, so that only the node counts.
@@ -81,6 +82,8 @@ pub struct FollowerState {
     pub distance: f64,
     /// Limits within which the axis leads all slaves that are not in error within theirs: in units of the axis.
     pub limits: Limits,
+    /// Presentation delay with which the node would find the frames that it needs; none if it is unknown, or if the node shows the axis now.
+    pub wanted_delay: Option<PresentAfter>,
 }
 
 impl<'a> Message<'a> {

@@ -1,7 +1,6 @@
 //! Reasons to hold the slaves of a receiver back.
 
 use coaxle_clock::Span;
-use coaxle_node::config::PresentAfterMs;
 
 use super::{Lag, MasterRef, ReceiverConfig};
 use crate::hold_back::Spare;
@@ -41,8 +40,8 @@ impl ReceiverConfig {
         let leading = axes.filter(|(n, _)| self.leads(MasterRef::Virtual(*n)));
         leading.fold(Spare::Absent, |spare, (_, axis)| {
             // Generated here and now: all of it is left.
-            let delay = axis.present_after_ms.map(PresentAfterMs::span);
-            spare.and(Spare::Is(delay.unwrap_or(Span::ZERO)))
+            let delay = axis.present_after().map_or(Span::ZERO, |range| range.least);
+            spare.and(Spare::Is(delay))
         })
     }
 

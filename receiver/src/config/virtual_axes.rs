@@ -1,6 +1,6 @@
 //! `[[virtual-axis]]`: axes of the receiver's own, written as in a sender's config.
 
-use coaxle_node::config::{LeadMs, Unit, Wrong};
+use coaxle_node::config::{LeadMs, PresentAfterChoice, Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_slave::MOST_HELD_BACK;
@@ -53,17 +53,20 @@ impl ReceiverConfig {
 
     /// Checks the time by which it is shown later: its slaves are held back by it, in whole cycles.
     fn check_delay(&self, axis: &AxisConfig) -> Result<(), Wrong> {
-        let Some(time) = axis.present_after_ms else {
-            return Ok(());
-        };
         let cycle = self.cycle_time_us.0.span();
         let longest = cycle * i64::from(MOST_HELD_BACK);
-        if (cycle..=longest).contains(&time.span()) {
-            return Ok(());
-        }
+        let received = match axis.present_after_ms {
+            None => return Ok(()),
+            Some(PresentAfterChoice::Fixed(time)) if (cycle..=longest).contains(&time.span()) => {
+                return Ok(());
+            }
+            Some(PresentAfterChoice::Fixed(time)) => time.get().to_string(),
+            // Followers report to senders.
+            Some(PresentAfterChoice::Auto) => "\"auto\"".to_owned(),
+        };
         let [least, most] = [cycle, longest].map(|time| time.as_micros_f64() / 1e3);
         let expected = format!("{least} to {most}: a cycle to {MOST_HELD_BACK} cycles");
-        Err(Wrong::of("present-after-ms", time.get(), expected))
+        Err(Wrong::of("present-after-ms", received, expected))
     }
 
     /// Checks the name: slaves refer to it, and its signals begin with it, so no other axis and no

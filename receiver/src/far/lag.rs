@@ -29,8 +29,7 @@ impl FarNode {
         if node.news().header.is_none() {
             return Spare::Absent;
         }
-        let needs_no_clock = matches!(node.clock.mode(), FilterMode::Bypass | FilterMode::Pt1);
-        let is_now = needs_no_clock || !node.clock.is_enabled();
+        let is_now = !node.shows_by_clock();
         let mut measured = None;
         let axes = self.axes.iter().zip(count).filter(|(_, counts)| **counts);
         axes.fold(Spare::Absent, |spare, (axis, _)| {
@@ -39,7 +38,10 @@ impl FarNode {
                 // Shown now: so are its slaves.
                 None => Spare::Is(Span::ZERO),
                 Some(delay) => {
-                    let measured = *measured.get_or_insert_with(|| self.measured_lag());
+                    let measured = match self.lag {
+                        Lag::Auto => *measured.get_or_insert_with(|| self.measured_lag()),
+                        Lag::Full | Lag::Fixed(_) => None,
+                    };
                     match self.lag.of(delay, measured, self.dead_time) {
                         Some(lag) => Spare::Is(delay - lag),
                         None => Spare::Pending,
@@ -50,9 +52,21 @@ impl FarNode {
         })
     }
 
+    /// Presentation delay with which its axes would find the frames that they need, and the drives of the slaves values that are known. None where the axes are
+    /// shown now, and before it is known.
+    pub(crate) fn wanted_delay(&self) -> Option<Span> {
+        let is_later = self.followed().shows_by_clock() && self.axes.iter().any(Axis::may_be_later);
+        let lag = match self.lag {
+            _ if !is_later => return None,
+            Lag::Fixed(lag) => lag.span(),
+            Lag::Full | Lag::Auto => self.measured_lag()?,
+        };
+        Some(lag + self.dead_time)
+    }
+
     /// Lag that the frames need, of the node that is followed and of those that may take over; none before it is known.
     fn measured_lag(&self) -> Option<Span> {
-        if self.lag != Lag::Auto || !self.followed().has_measured_delay() {
+        if !self.followed().has_measured_delay() {
             return None;
         }
         let needed = (self.candidates.iter()).filter_map(Candidate::needed_delay);
@@ -65,6 +79,12 @@ impl FarNode {
 }
 
 impl Candidate {
+    /// True if its axes are evaluated by its clock: in other modes they are shown as they come.
+    fn shows_by_clock(&self) -> bool {
+        let needs_none = matches!(self.clock.mode(), FilterMode::Bypass | FilterMode::Pt1);
+        self.clock.is_enabled() && !needs_none
+    }
+
     /// Delay that its frames need, with one cycle of each side: frames and cycles drift past each other. None before
     /// the first ages.
     pub(super) fn needed_delay(&self) -> Option<Span> {

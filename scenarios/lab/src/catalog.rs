@@ -30,6 +30,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "loss",
     "master-in-motion",
     "presented",
+    "presented-auto",
     "presented-chain",
     "presented-plant",
     "coupled-stop",

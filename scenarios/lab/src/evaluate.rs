@@ -46,6 +46,7 @@ pub fn truth_of(at_ns: i64, node: &SenderSignals, axis: &AxisSignals) -> TruthSa
             velocity: axis.velocity,
             acceleration: axis.acceleration,
         },
+        present_after: Span::from_micros_f64(node.present_after_us.unwrap_or_default()),
     }
 }
 
@@ -143,6 +144,7 @@ impl Evaluation {
                     clock,
                     gear: root.gear,
                     later: shown_later::delay_of(scenario, view.receiver, root),
+                    is_led: shown_later::is_led(scenario, root),
                     jerk: shown_later::jerk_of(scenario, root),
                     // Runs of a receiver are numbered by the receiver: they never match the epoch of its sender.
                     is_receiver: root.source >= senders,
@@ -250,6 +252,8 @@ impl Evaluation {
             epoch: signals.node.run,
             count: signals.node.cycle,
             axis,
+            // Its virtual axes are shown later by a figure.
+            present_after: Span::ZERO,
         };
         let (masters, node) = (&mut self.masters, self.senders + receiver);
         push(masters, node, CLOCK_ONLY, sample(Kinematics::default()));

@@ -32,8 +32,8 @@ use std::path::Path;
 
 use coaxle_clock::Span;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, PresentAfterMs, RealTimeConfig, TimingEndpoints,
-    TimingServerConfig, TransportConfig, Wrong,
+    ClockConfig, CycleMicros, LinkConfig, PresentAfterChoice, PresentAfterRange, RealTimeConfig,
+    TimingEndpoints, TimingServerConfig, TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::frame::MAX_AXES;
@@ -189,32 +189,39 @@ impl AxisList {
         self.0.iter().any(|axis| axis.lead() > Span::ZERO)
     }
 
-    /// Time after its generation at which its frames are shown.
+    /// Delays by which its frames may be shown later.
     #[must_use]
-    pub fn present_after(&self) -> Option<PresentAfterMs> {
+    pub fn present_after(&self) -> Option<PresentAfterRange> {
         // One for all axes.
-        self.0.first()?.present_after_ms
+        self.0.first()?.present_after()
     }
 }
 
 /// Checks that the axes are shown at one instant: a frame is shown as a whole. So an axis that is only measured or
 /// replayed is never shown later by accident.
 fn check_presentation(axes: &[AxisConfig]) -> Result<(), Wrong> {
-    let Some((n, other)) = (0..)
-        .zip(axes)
-        .find(|(_, axis)| axis.present_after_ms != axes[0].present_after_ms)
-    else {
-        return Ok(());
-    };
+    let range_of = |axis: &AxisConfig| (axis.present_after_ms, axis.present_after_limits);
+    let differs = |axis: &&AxisConfig| range_of(axis) != range_of(&axes[0]);
     let named = |axis: &AxisConfig| {
-        let time = axis.present_after_ms.map(PresentAfterMs::get);
-        let time = time.map_or("none".to_owned(), |ms| format!("{ms} ms"));
+        let time = match axis.present_after_ms {
+            None => "none".to_owned(),
+            Some(PresentAfterChoice::Fixed(time)) => format!("{} ms", time.get()),
+            Some(PresentAfterChoice::Auto) => "\"auto\" with its limits".to_owned(),
+        };
         format!("{time} for {:?}", axis.name)
     };
-    let received = format!("{} and {}", named(&axes[0]), named(other));
-    let expected = "one for all axes of a sender, stated at each: its frames are shown as a whole; \
-                    or another sender for the other axes";
-    Err(Wrong::of("present-after-ms", received, expected).within(format_args!("[{n}]")))
+    if let Some((n, other)) = (0..).zip(axes).find(|(_, axis)| differs(axis)) {
+        let received = format!("{} and {}", named(&axes[0]), named(other));
+        let expected = "one for all axes of a sender, stated at each: its frames are shown as a whole; \
+                        or another sender for the other axes";
+        return Err(Wrong::of("present-after-ms", received, expected).within(format_args!("[{n}]")));
+    }
+    let has_followers = axes.iter().any(|axis| axis.followers.is_some());
+    if axes[0].present_after_ms == Some(PresentAfterChoice::Auto) && !has_followers {
+        let expected = "a time, or an axis with followers = { nodes = [...] }: these decide it";
+        return Err(Wrong::of("present-after-ms", "\"auto\"", expected).within("[0]"));
+    }
+    Ok(())
 }
 
 impl Deref for AxisList {

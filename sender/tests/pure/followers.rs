@@ -54,6 +54,7 @@ impl Bench {
                 in_error,
                 distance: 0.0,
                 limits: Limits::NONE,
+                wanted_delay: None,
             },
         };
         let at = self.sender.next_cycle() - Span::from_micros(100);
@@ -148,6 +149,7 @@ fn reports_of_others_say_nothing() {
                 in_error: 2,
                 distance: 0.0,
                 limits: Limits::NONE,
+                wanted_delay: None,
             },
         };
         change(&mut report);

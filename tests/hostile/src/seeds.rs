@@ -290,6 +290,7 @@ pub(crate) fn reports() -> Seeds {
                 in_error: 1,
                 distance: 0.001,
                 limits: Limits::NONE,
+                wanted_delay: None,
             },
         };
         let reports: Vec<_> = (0..reports).map(report).collect();

@@ -26,6 +26,7 @@ fn sample(epoch: u64, count: u64, motion: &[f64]) -> TruthSample<True> {
             velocity,
             acceleration,
         },
+        present_after: Span::ZERO,
     }
 }
 
@@ -154,4 +155,39 @@ fn it_remembers_as_long_as_it_says_and_no_longer() {
     let newest = oracle.known_until().unwrap();
     assert!(oracle.at(newest - Span::from_millis(999)).is_some());
     assert!(oracle.at(newest - Span::from_millis(1_001)).is_none());
+}
+
+#[test]
+fn what_is_shown_later_has_the_delay_of_its_own_frame() {
+    let mut oracle = empty();
+    let delay = |count: u64| match count {
+        0..100 => Span::from_millis(20),
+        // Slewed, by a microsecond in a cycle, and a step.
+        100..300 => Span::from_millis(20) + Span::from_micros(count as i64 - 100),
+        _ => Span::from_millis(50),
+    };
+    for count in 0..500 {
+        oracle.push(TruthSample {
+            present_after: delay(count),
+            ..sample(3, count, &ACCELERATING)
+        });
+    }
+    // Generated in a cycle, and half a cycle later.
+    for (half_cycles, expected) in [
+        (100, 20_000.0),
+        (200, 20_000.0),
+        (400, 20_100.0),
+        (401, 20_100.5),
+        (598, 20_199.0),
+        (700, 50_000.0),
+    ] {
+        let generated = Instant::from_nanos(half_cycles * CYCLE_NS / 2);
+        let delay = Span::from_micros_f64(expected);
+        assert_eq!(
+            oracle.shown_after(generated + delay),
+            Some(delay),
+            "{half_cycles}"
+        );
+    }
+    assert_eq!(oracle.shown_after(Instant::from_nanos(0)), None);
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
 use coaxle_clock::Span;
-use coaxle_node::config::{Increment, LeadMs, PresentAfterMs, Unit, Wrong};
+use coaxle_node::config::{
+    Increment, LeadMs, PresentAfterChoice, PresentAfterLimits, PresentAfterRange, Unit, Wrong,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +27,9 @@ pub struct AxisConfig {
     /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     pub modulo: Option<Modulo>,
     /// Time after its generation at which it is shown, ms; none where followers move the newest values to now.
-    pub present_after_ms: Option<PresentAfterMs>,
+    pub present_after_ms: Option<PresentAfterChoice>,
+    /// Limits of that time where followers decide it.
+    pub present_after_limits: Option<PresentAfterLimits>,
     /// Time by which its motion is decided and promised ahead, ms; none for that of its presentation.
     pub lead_ms: Option<LeadMs>,
     /// Followers that it waits for, stops with, and whose limits it keeps; none of an axis that leads without asking.
@@ -42,9 +46,21 @@ impl AxisConfig {
         let SourceConfig::Program(_) = self.source else {
             return Span::ZERO;
         };
-        let as_shown = || self.present_after_ms.map(PresentAfterMs::span);
-        let lead = self.lead_ms.map(LeadMs::span).or_else(as_shown);
-        lead.unwrap_or_default()
+        // A delay that followers decide is none to rely on.
+        let as_shown = || match self.present_after_ms {
+            Some(PresentAfterChoice::Fixed(delay)) => delay.span(),
+            Some(PresentAfterChoice::Auto) | None => Span::ZERO,
+        };
+        self.lead_ms.map_or_else(as_shown, LeadMs::span)
+    }
+
+    /// Returns the delays by which it may be shown later; none where followers move the newest values to now.
+    #[must_use]
+    pub fn present_after(&self) -> Option<PresentAfterRange> {
+        // Checked on reading.
+        self.present_after_ms?
+            .within(self.present_after_limits)
+            .ok()
     }
 
     /// Resolves a relative path in its source against `folder`, say the config's own.
@@ -137,12 +153,15 @@ struct Written {
     /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
-    /// Time after its generation at which everybody shows it, ms; one for all axes of a sender, of its cycle time or more.
-    /// By default there is none: followers move the newest values to now.
+    /// Time after its generation at which everybody shows it, ms; one for all axes of a sender, of its cycle time or more. With `"auto"` as long as the followers of
+    /// its axes need. By default there is none: followers move the newest values to now.
     #[serde(skip_serializing_if = "Option::is_none")]
-    present_after_ms: Option<PresentAfterMs>,
+    present_after_ms: Option<PresentAfterChoice>,
+    /// Limits of a time that is `"auto"`; those of every such time by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    present_after_limits: Option<PresentAfterLimits>,
     /// Time by which the steps of its program are decided ahead, ms: a sender promises the motion until then, and followers
-    /// know it where frames are missing. `present-after-ms` by default; 0: no promise.
+    /// know it where frames are missing. `present-after-ms` by default, 0 if that is `"auto"`; 0: no promise.
     #[serde(skip_serializing_if = "Option::is_none")]
     lead_ms: Option<LeadMs>,
     /// Followers that its program waits for, stops with, and whose limits it keeps. By default it leads without asking.
@@ -169,6 +188,7 @@ impl TryFrom<Written> for AxisConfig {
             unit,
             modulo,
             present_after_ms,
+            present_after_limits,
             lead_ms,
             followers,
             ..
@@ -194,6 +214,8 @@ impl TryFrom<Written> for AxisConfig {
                 ]));
             }
         };
+        check_limits(present_after_ms, present_after_limits)
+            .map_err(|wrong| wrong.within("present-after-limits"))?;
         check_lead(lead_ms, &source)?;
         check_followers(followers.as_ref(), &source)?;
         Ok(Self {
@@ -202,10 +224,26 @@ impl TryFrom<Written> for AxisConfig {
             unit,
             modulo,
             present_after_ms,
+            present_after_limits,
             lead_ms,
             followers,
             source,
         })
+    }
+}
+
+/// Checks that limits belong to a time that followers decide, and that there is one between them.
+fn check_limits(
+    choice: Option<PresentAfterChoice>,
+    limits: Option<PresentAfterLimits>,
+) -> Result<(), Wrong> {
+    match (choice, limits) {
+        (Some(choice), limits) => choice.within(limits).map(drop),
+        (None, Some(_)) => Err(Wrong::value(
+            "limits",
+            "present-after-ms = \"auto\" with limits",
+        )),
+        (None, None) => Ok(()),
     }
 }
 
@@ -271,6 +309,7 @@ impl From<AxisConfig> for Written {
             unit,
             modulo,
             present_after_ms,
+            present_after_limits,
             lead_ms,
             followers,
             source,
@@ -281,6 +320,7 @@ impl From<AxisConfig> for Written {
             unit,
             modulo,
             present_after_ms,
+            present_after_limits,
             lead_ms,
             followers,
             program: None,

@@ -1,7 +1,7 @@
 //! An axis with its source, among all nodes of a plant.
 
 use coaxle_node::Channel;
-use coaxle_node::config::{PresentAfterMs, Unit};
+use coaxle_node::config::Unit;
 use coaxle_topology::{AxisOrigin, PlantAxis, RootMotion, StatedLimits};
 
 use super::{AxisConfig, LimitsConfig, SourceConfig};
@@ -28,7 +28,7 @@ impl AxisConfig {
                     SourceConfig::Encoder(_) => RootMotion::Encoder,
                     SourceConfig::Replay(_) => RootMotion::Replay,
                 },
-                present_after: self.present_after_ms.map(PresentAfterMs::span),
+                present_after: self.present_after(),
                 followers: (self.followers.as_ref())
                     .map(|followers| followers.nodes.clone())
                     .unwrap_or_default(),

@@ -13,8 +13,8 @@ use coaxle_wire::followers::{MAX_REPORTS, REPORTS_CAPACITY, encode_reports};
 use coaxle_wire::frame::{KeySeal, sender_id};
 use coaxle_wire::keys::NodeName;
 use coaxle_wire::{
-    FollowerReport, FollowerState, Message, Reader, ReceivedReport, Rejection, ReportIntake,
-    RunCycle,
+    FollowerReport, FollowerState, Message, PresentAfter, Reader, ReceivedReport, Rejection,
+    ReportIntake, RunCycle,
 };
 use proptest::prelude::*;
 
@@ -47,6 +47,7 @@ fn report() -> FollowerReport {
             in_error: 0,
             distance: 0.25,
             limits: Limits::new(750.0, 4_000.0, 3_000.0, 75_000.0).unwrap(),
+            wanted_delay: PresentAfter::new(Span::from_millis(24)),
         },
     }
 }
@@ -133,9 +134,13 @@ fn a_message_that_is_no_report_is_refused_with_its_reason() {
     let mut long = body(&header(), &[report()]);
     long.push(0);
     let mut none = body(&header(), &[report()]);
-    // The last limit.
-    let at = none.len() - 8;
-    none[at..].fill(0);
+    // The last limit, before the delay.
+    let end = none.len() - 4;
+    none[end - 8..end].fill(0);
+    // 2^32 - 1 ns.
+    let mut late = body(&header(), &[report()]);
+    late.truncate(end);
+    late.extend([0xff, 0xff, 0xff, 0xff, 0x0f]);
     for (messages, reason) in [
         (changed(&|it| it[0] = 2), Rejection::WrongVersion),
         (changed(&|it| it.truncate(40)), Rejection::Truncated),
@@ -154,6 +159,7 @@ fn a_message_that_is_no_report_is_refused_with_its_reason() {
         (stated(&|it| it.distance = -0.1), Rejection::Implausible),
         (stated(&|it| it.distance = f64::NAN), Rejection::Implausible),
         (read(&sealed(&none)), Rejection::Implausible),
+        (read(&sealed(&late)), Rejection::Implausible),
     ] {
         assert_eq!(messages, [Message::Rejected(reason)]);
     }
@@ -164,11 +170,11 @@ fn a_message_that_is_no_report_is_refused_with_its_reason() {
 proptest! {
     #[test]
     fn any_reports_come_back_and_nothing_is_allocated(
-        reports in prop::collection::vec((any::<u32>(), any::<u64>(), any::<u32>(), any::<u16>(), 0_u16..10, 0_f64..1e9), 0..=MAX_REPORTS),
+        reports in prop::collection::vec((any::<u32>(), any::<u64>(), any::<u32>(), any::<u16>(), 0_u16..10, 0_f64..1e9, 0_i64..5_000_000_000), 0..=MAX_REPORTS),
     ) {
         let reports: Vec<_> = reports
             .into_iter()
-            .map(|(node, run, axis_id, slaves, errors, distance)| FollowerReport {
+            .map(|(node, run, axis_id, slaves, errors, distance, delay)| FollowerReport {
                 node,
                 run,
                 axis_id,
@@ -177,6 +183,7 @@ proptest! {
                     in_sync: slaves - errors.min(slaves),
                     in_error: errors.min(slaves),
                     distance,
+                    wanted_delay: PresentAfter::new(Span::from_nanos(delay)),
                     ..report().state
                 },
             })

@@ -120,6 +120,11 @@ impl Axis {
         (by > Span::ZERO).then_some(by)
     }
 
+    /// True unless it is shown now whatever its frames state.
+    pub(in super::super) const fn may_be_later(&self) -> bool {
+        self.presented.is_some()
+    }
+
     /// Lag of the axis; none where it is shown now.
     pub(in super::super) fn lag(&self) -> Option<Seconds> {
         let presented = self.presented.as_ref().filter(|_| self.showed_later)?;

@@ -36,8 +36,10 @@ pub(super) struct MotionSource {
     pub(super) clock: usize,
     /// Received position as a function of that motion.
     pub(super) gear: Option<GearConfig>,
-    /// Time after its generation at which the motion is shown.
+    /// Time after its generation at which the motion is shown; the longest one, if followers decide it.
     pub(super) later: Span,
+    /// True if followers decide it.
+    pub(super) is_led: bool,
     /// Greatest jerk of the motion, u/s³; unknown for a recorded one.
     pub(super) jerk: Option<f64>,
     /// True for a receiver, whose runs are not visible.
@@ -45,6 +47,29 @@ pub(super) struct MotionSource {
     /// True if the axis is as shown: not seen through an encoder, and not forged.
     pub(super) is_shown: bool,
 }
+
+impl MotionSource {
+    /// The source with the delay of what a cycle shows.
+    fn in_cycle(self, record: &ReceiverCycle, masters: &[TrackedMaster]) -> Self {
+        if !self.is_led || self.later == Span::ZERO {
+            return self;
+        }
+        let oracle = &masters[self.motion].oracle;
+        let stated = oracle.shown_after(Instant::from_nanos(record.at_ns));
+        let received = record.far.present_after_us.map(Span::from_micros_f64);
+        // A delay that steps, while nothing moves, is known with the first frame that states it.
+        let has_come = |stated: &Span| {
+            self.is_receiver || received.is_none_or(|newest| (newest - *stated).abs() <= SLEWED)
+        };
+        Self {
+            later: stated.filter(has_come).or(received).unwrap_or(self.later),
+            ..self
+        }
+    }
+}
+
+/// Change of a delay within the time that its frames take to be shown, 4 s: of one that is slewed it is below.
+const SLEWED: Span = Span::from_millis(4);
 
 /// Clocks and links in virtual time, as far as known.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +167,6 @@ impl ReceiverJudge {
             .all(|source| source.is_shown && !source.is_receiver);
         let mut jerks = sources.iter().map(|source| source.jerk);
         let jerk = jerks.try_fold(0.0, |most, jerk| Some(f64::max(most, jerk?)));
-        let later = sources.iter().map(|source| source.later).max();
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
@@ -163,9 +187,7 @@ impl ReceiverJudge {
                 FarErrorWatch::new(config, view, clocks.jumps, clocks.resolution_us)
             }),
             far_position: is_shown
-                .then(|| {
-                    FarPositionWatch::new(config, view, events, jerk, later.unwrap_or_default())
-                })
+                .then(|| FarPositionWatch::new(config, view, events, jerk))
                 .flatten(),
             unnoticed: UnnoticedChange::new(config, view),
             lag: MasterLag::default(),

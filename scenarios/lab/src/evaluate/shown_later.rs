@@ -43,8 +43,8 @@ fn published<'a>(
 ) -> Option<(&'a NodeName, Span)> {
     let senders = scenario.senders.len();
     if let Some(sender) = scenario.senders.get(root.node) {
-        let delay = sender.axes.present_after()?;
-        return Some((&sender.name, delay.span()));
+        let range = sender.axes.present_after()?;
+        return Some((&sender.name, range.most));
     }
     let own = root.node - senders;
     // Its own slaves are calculated at once, and only their drives are later.
@@ -54,8 +54,14 @@ fn published<'a>(
     let mut axes = config.virtual_axes.iter().filter(|_| is_own);
     let axis = axes.find(|axis| axis.id.get() == root.axis)?;
     let cycle = config.cycle_time_us.0.span();
-    let cycles = axis.present_after_ms?.span().div_floor(cycle);
+    let cycles = axis.present_after()?.most.div_floor(cycle);
     Some((&config.name, cycle * cycles))
+}
+
+/// True if followers decide the delay of the axis at the root.
+pub(super) fn is_led(scenario: &Scenario, root: &Root) -> bool {
+    let range = (scenario.senders.get(root.node)).and_then(|sender| sender.axes.present_after());
+    range.is_some_and(|range| range.is_led())
 }
 
 /// Greatest jerk of the axis at the root, u/s³; unknown for a recorded motion.

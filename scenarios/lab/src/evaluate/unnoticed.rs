@@ -91,6 +91,7 @@ mod tests {
                 epoch: 1,
                 count,
                 axis: Kinematics::at_rest(0.0),
+                present_after: Span::ZERO,
             });
         }
         (1..cycles).map(move |cycle| {

@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use coaxle_axis::Modulo;
-use coaxle_clock::Span;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::Positions;
 
@@ -49,13 +48,12 @@ pub(in super::super) struct FarPositionWatch {
 
 impl FarPositionWatch {
     /// Absent for the receiver's own axes, or one that comes in increments. `events` are those of the whole scenario.
-    /// The jerk of the master is at most `jerk`, and the axis is shown that much `later`.
+    /// The jerk of the master is at most `jerk`.
     pub(in super::super) fn new(
         config: &ReceiverConfig,
         view: &View,
         events: &[Event],
         jerk: Option<f64>,
-        later: Span,
     ) -> Option<Self> {
         let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
@@ -73,7 +71,7 @@ impl FarPositionWatch {
             period: turns.map(Modulo::length),
             since: None,
             before: None,
-            interpolation: InterpolationError::new(jerk, later),
+            interpolation: InterpolationError::new(jerk),
             lately: VecDeque::new(),
             fastest: 0.0,
             found: Found::default(),

@@ -2,8 +2,6 @@
 
 use std::collections::VecDeque;
 
-use coaxle_clock::Span;
-
 use crate::row::Row;
 
 /// Hermite's quintic between two frames a time T apart is off by at most Δj·T³/768, where the jerk changes by Δj in
@@ -22,7 +20,6 @@ const SHOWN_FOR: f64 = 5.0;
 pub(super) struct InterpolationError {
     /// The master's greatest jerk, u/s³; unknown for a recorded motion.
     jerk: Option<f64>,
-    later: f64,
     /// Count of the newest frame.
     count: Option<u64>,
     /// Times of gaps, s, and their lengths in cycles of the sender: the longest ones since.
@@ -30,10 +27,9 @@ pub(super) struct InterpolationError {
 }
 
 impl InterpolationError {
-    pub(super) fn new(jerk: Option<f64>, later: Span) -> Self {
+    pub(super) fn new(jerk: Option<f64>) -> Self {
         Self {
             jerk,
-            later: later.as_secs_f64(),
             count: None,
             gaps: VecDeque::new(),
         }
@@ -67,7 +63,8 @@ impl InterpolationError {
             return f64::INFINITY;
         };
         let cycle = cycle_us * 1e-6;
-        let left_out = (self.later / (KEPT * cycle)).ceil();
+        let later = row.record.far.present_after_us.unwrap_or_default() * 1e-6;
+        let left_out = (later / (KEPT * cycle)).ceil();
         let lost = self.gaps.front().map_or(1, |(_, gap)| *gap);
         let gap = (left_out + lost as f64) * cycle;
         WHOLE_RAMP * jerk * gap * gap * gap * SHARE

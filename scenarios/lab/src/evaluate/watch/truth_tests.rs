@@ -1,6 +1,5 @@
 //! Far time and far position, each just within its bound and just beyond it.
 
-use coaxle_clock::Span;
 use coaxle_clock::delay::DelayState;
 use coaxle_node::config::parse;
 use coaxle_receiver::{FilterMode, ReceiverConfig};
@@ -105,8 +104,7 @@ fn a_position_within_the_turn_is_in_any_turn_of_its_master() {
             "name = 'saw'\ncycle-time-us = 1000\n[[far]]\nnode = 'belt'\naxes = [{{ id = 1, modulo = 360{position} }}]\n"
         );
         let config: ReceiverConfig = parse("saw.toml", &text).expect("a config");
-        let mut watch =
-            FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
+        let mut watch = FarPositionWatch::new(&config, &view(), &[], None).expect("a far axis");
         for cycle in 0..1_000 {
             let mut row = measured(cycle, 100.0);
             let [position, velocity] = steady(row.t_s);
@@ -192,8 +190,7 @@ type Motion = fn(f64) -> [f64; 2];
 /// of this age, s, and a time that may be wrong by `uncertainty`, µs.
 fn is_position_found(master: Motion, age: f64, uncertainty: f64, off: impl Fn(f64) -> f64) -> bool {
     let config = config();
-    let mut watch =
-        FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
+    let mut watch = FarPositionWatch::new(&config, &view(), &[], None).expect("a far axis");
     for cycle in 0..1_000 {
         let mut row = measured(cycle, uncertainty);
         let [position, velocity] = master(row.t_s);
@@ -229,8 +226,7 @@ fn an_axis_is_off_a_steady_master_by_the_time_times_the_velocity_and_no_more() {
 fn a_time_of_the_far_clock_is_multiplied_by_the_velocity_in_that_clock() {
     let is_found = |pace: f64| {
         let config = config();
-        let mut watch =
-            FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
+        let mut watch = FarPositionWatch::new(&config, &view(), &[], None).expect("a far axis");
         for cycle in 0..1_000 {
             let mut row = measured(cycle, 15_000.0);
             let [position, own_velocity] = steady(row.t_s);
@@ -305,8 +301,7 @@ fn a_master_that_was_not_seen_is_bounded_by_its_velocity() {
         [4.0 * if x < 0.5 { x } else { 1.0 - x }, velocity]
     };
     let found = |skipped: std::ops::Range<u32>, off: f64| {
-        let mut watch =
-            FarPositionWatch::new(&config(), &view(), &[], None, Span::ZERO).expect("a far axis");
+        let mut watch = FarPositionWatch::new(&config(), &view(), &[], None).expect("a far axis");
         for cycle in (0..900).filter(|cycle| !skipped.contains(cycle)) {
             let mut row = measured(cycle, 1.0);
             let [position, velocity] = master(row.t_s);
