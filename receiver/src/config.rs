@@ -11,6 +11,7 @@ mod form;
 mod held_back;
 mod lab;
 mod lag;
+mod lock_cycle;
 mod masters;
 mod names;
 mod notes;
@@ -45,6 +46,7 @@ pub use far::{AsymmetryConfig, FarChannel, FarConfig, Present};
 pub use far_limits::FarLimits;
 pub use lab::{FarLab, ReceiverLab, SlaveLab};
 pub use lag::Lag;
+pub use lock_cycle::LockCycleConfig;
 pub use masters::MasterRef;
 pub use positions::Positions;
 pub use publish::PublishFarAxes;
@@ -61,6 +63,9 @@ pub struct ReceiverConfig {
     pub name: NodeName,
     /// Nominal cycle time, µs.
     pub cycle_time_us: CycleMicros,
+    /// Lock of its cycle to that of a node that it follows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lock_cycle: Option<LockCycleConfig>,
     /// Seed of all its randomness.
     pub seed: u64,
     /// The nodes that it follows.

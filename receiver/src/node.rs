@@ -3,7 +3,7 @@
 use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
+use coaxle_clock::{CycleIndex, CycleLock, Instant, Local, Schedule, Seconds};
 use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
 use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
@@ -40,6 +40,8 @@ pub struct Receiver {
     far_axes: AxesFrame,
     /// Reports, if it has a slave of a sender's axis.
     reports: Option<Box<ReportPublisher>>,
+    /// Lock of the cycle to that of a far node, and the number of that node.
+    lock: Option<(usize, CycleLock)>,
     time_server: TimeServer,
     /// Timing channel for others, if it has one.
     beacon_server: Option<Box<BeaconServer>>,
@@ -181,6 +183,7 @@ impl Receiver {
             slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
             far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
             reports: ReportPublisher::new(config, epoch).map(Box::new),
+            lock: (config.locked_to()).map(|to| (to.far, CycleLock::new(cycle_time, to.offset))),
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             beacon_server: (config.timing_server.as_ref()).map(|_| Box::new(beacon_server())),
             schedule,
@@ -271,6 +274,20 @@ impl Receiver {
         Some((length, far))
     }
 
+    /// Moves the next cycle, if it is locked to a far one.
+    fn lock_cycle(&mut self) {
+        let Some((far, lock)) = &mut self.lock else {
+            return;
+        };
+        let phase = self.pipeline.far[*far].phase();
+        let moved = lock.advance(phase.as_ref(), self.tick.elapsed);
+        self.schedule.shift(moved);
+        let signals = &mut self.snapshot.signals.node;
+        signals.cycle_lock = Some(lock.state());
+        signals.cycle_phase_us = lock.phase().map(Seconds::as_micros);
+        signals.cycle_period_ppm = Some(lock.period_ppm());
+    }
+
     fn show(&mut self, now: Instant<Local>) {
         let shown = &mut self.snapshot;
         shown.ideal_start = self.tick.ideal_start;
@@ -284,6 +301,11 @@ impl Receiver {
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         signals.requests_refused = self.refused_requests.total();
+        let late = (now - self.tick.ideal_start).as_micros_f64();
+        let ages = shown.signals.far.iter_mut();
+        ages.filter_map(|far| far.frame_age_us.as_mut())
+            .for_each(|age| *age += late);
+        let signals = &mut shown.signals.node;
         if let Some(server) = &self.beacon_server {
             let BeaconServerCounters {
                 answered,
@@ -388,6 +410,14 @@ impl Node for Receiver {
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         self.tick = self.schedule.take(now);
+        if self.lock.is_some() {
+            // Whoever asks for the time gets it by the cycles as they are.
+            let start = self.schedule.start();
+            self.time_server.set_start(start);
+            if let Some(server) = &mut self.beacon_server {
+                server.set_start(start);
+            }
+        }
         self.pipeline.scan(&self.tick, &mut self.snapshot);
         self.encode_axes();
         if let Some(reports) = &mut self.reports {
@@ -406,6 +436,7 @@ impl Node for Receiver {
         }
         // Requests are encoded one by one while they are sent, with a single buffer.
         self.next_asked = 0;
+        self.lock_cycle();
         self.show(now);
         self.tick
     }

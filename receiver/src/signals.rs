@@ -4,6 +4,7 @@ use coaxle_axis::drive::{DriveKind, DriveState};
 use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::set_value_guard::GuardState;
 use coaxle_axis::{AxisStatus, TravelDirection};
+use coaxle_clock::cycle_lock::CycleLockState;
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::{ObserverLine, ObserverState};
 use coaxle_clock::timing::TimingState;
@@ -29,6 +30,12 @@ signals! {
         /// Time by which the drives of its slaves are given the set values later than these are calculated: frames of
         /// slaves and far axes state it.
         hold_back_us: f64 ["µs"],
+        /// State of the lock of its cycle to that of a far node; none without one.
+        cycle_lock: Option<CycleLockState> [""] last,
+        /// Time by which its cycle began later than the lock wants it.
+        cycle_phase_us: Option<f64> ["µs"],
+        /// Change of the period of its cycle by the lock, of the nominal one.
+        cycle_period_ppm: Option<f64> ["ppm"],
         /// Time requests responded to.
         requests_answered: u64 [""],
         /// Time requests dropped because too many arrived in one cycle.
@@ -177,6 +184,8 @@ signals! {
         /// The rate of its cycles relative to the stated cycle time, by its frames of a second;
         /// positive: fast.
         pace_ppm: Option<f64> ["ppm"] last,
+        /// Age of its newest frame when the cycle really began: since its generation by the far clock, whose delay is known or zero.
+        frame_age_us: Option<f64> ["µs"],
         /// Presentation delay of its newest frame; none if its values are moved to now.
         present_after_us: Option<f64> ["µs"] last "shown later by",
         /// Presentation delay with which 99.9 % of the own cycles of the last minute would have found the frames that

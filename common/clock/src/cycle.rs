@@ -157,6 +157,12 @@ impl Schedule {
         }
     }
 
+    /// Moves the next cycle, and all after it, by this time: less than a cycle either way.
+    pub fn shift(&mut self, by: Span) {
+        // As if cycle 0 had begun so much later: counts go on by one.
+        self.start += by;
+    }
+
     fn start_of(&self, count: u64) -> Instant<Local> {
         self.start + self.cycle_time.span() * count as i64
     }
@@ -241,6 +247,18 @@ mod tests {
         assert_eq!(tick.ideal_start, at(4_000));
         assert_eq!(schedule.overruns(), 3);
         assert_eq!(schedule.next_start(), at(5_000));
+    }
+
+    #[test]
+    fn a_shift_moves_all_that_comes_and_no_count() {
+        let mut schedule = schedule();
+        let _ = schedule.take(at(0));
+        schedule.shift(Span::from_micros(-300));
+        assert_eq!(schedule.next_start(), at(700));
+        let tick = schedule.take(at(705));
+        assert_eq!((tick.count, tick.elapsed), (1, 1));
+        assert_eq!(tick.ideal_start, at(700));
+        assert_eq!(schedule.next_start(), at(1_700));
     }
 
     #[test]

@@ -25,13 +25,14 @@ extern crate std;
 
 pub mod age_gate;
 pub mod cycle;
+pub mod cycle_lock;
 pub mod delay;
 pub mod far_clock;
 pub mod instant;
 mod numbers;
 pub mod observer;
-mod straight_line;
 mod slewed_span;
+mod straight_line;
 pub mod time_sync;
 pub mod timing;
 #[cfg(feature = "perturb")]
@@ -42,13 +43,14 @@ mod two_way;
 
 pub use age_gate::{Age, AgeGate};
 pub use cycle::{CycleIndex, CycleTime, Schedule};
+pub use cycle_lock::CycleLock;
 pub use delay::DelayExchange;
 pub use far_clock::FarClock;
 pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
 pub use observer::PhaseObserver;
+pub use slewed_span::SlewedSpan;
 
 /// Iterates over the tuned constants of all blocks.
-pub use slewed_span::SlewedSpan;
 #[cfg(feature = "perturb")]
 pub fn tuned_blocks() -> impl Iterator<Item = &'static tuning::TunedBlock> {
     let others = [

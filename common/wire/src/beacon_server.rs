@@ -54,6 +54,11 @@ impl BeaconServer {
         }
     }
 
+    /// Moves its cycle 0, and with it all cycles, to those that a lock has moved.
+    pub fn set_start(&mut self, start: Instant<Local>) {
+        self.start = start;
+    }
+
     /// Stores a beacon that arrived at `at`. It replaces an older one of the same node.
     pub fn receive(&mut self, at: Instant<Local>, request: &BeaconRequest) {
         let mut waiting = self.waiting[..self.count].iter_mut();

@@ -51,6 +51,11 @@ impl TimeServer {
         }
     }
 
+    /// Moves its cycle 0, and with it all cycles, to those that a lock has moved.
+    pub fn set_start(&mut self, start: Instant<Local>) {
+        self.start = start;
+    }
+
     /// Stores a request that arrived at `at`.
     pub fn receive(&mut self, at: Instant<Local>, request: &TimeRequest) {
         if let Some(place) = self.waiting.get_mut(self.count) {

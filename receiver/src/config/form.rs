@@ -19,8 +19,8 @@ use super::far::delay_in_range;
 use super::far_limits::FarLimits;
 use super::names::check_names;
 use super::{
-    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Lag, Positions,
-    Present, PublishFarAxes, ReceiverConfig, SlaveConfig,
+    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Lag,
+    LockCycleConfig, Positions, Present, PublishFarAxes, ReceiverConfig, SlaveConfig,
 };
 
 /// A receiver's file as written.
@@ -31,6 +31,8 @@ pub(super) struct Form {
     name: NodeName,
     /// Nominal cycle time, µs.
     cycle_time_us: CycleMicros,
+    /// Lock of its cycle to that of a node that it follows, so that the newest frame is equally old in each cycle. None by default.
+    lock_cycle: Option<LockCycleConfig>,
     /// The nodes that it follows.
     #[serde(default, deserialize_with = "at_most::<MOST_HEARD, _, _>")]
     far: Vec<FarConfig>,
@@ -241,6 +243,7 @@ impl TryFrom<Form> for ReceiverConfig {
         let config = Self {
             name: form.name,
             cycle_time_us: form.cycle_time_us,
+            lock_cycle: form.lock_cycle,
             far,
             publish_far_axes: form.publish_far_axes,
             virtual_axes: form.virtual_axes,
@@ -255,6 +258,7 @@ impl TryFrom<Form> for ReceiverConfig {
         // Before all checks that resolve axes by their names.
         check_names(&config)?;
         config.check_standbys(is_short)?;
+        config.check_lock_cycle()?;
         config.check_turns()?;
         config.check_encoders(is_short)?;
         config.check_virtual_axes()?;

@@ -3,9 +3,10 @@
 
 use coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::cycle::Tick;
+use coaxle_clock::cycle_lock::FarPhase;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
-use coaxle_clock::{CycleTime, Instant, Local, Span};
+use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, PlannedPiece, Rejection};
 use coaxle_remote::{AxisSyncParameters, NeededDelay};
 
@@ -44,6 +45,8 @@ pub(crate) struct Candidate {
     encoders: Box<[Option<Box<Encoder>>]>,
     /// Presentation delay that its frames would need.
     pub(super) needed: Box<NeededDelay>,
+    /// Age of its newest frame by its clock, at the ideal start of the newest cycle; none while that is not known.
+    age: Option<Seconds>,
     /// Beacons, if it has a timing channel.
     beacons: Option<Box<Beacons>>,
     /// Plans of its axes, if they can be used.
@@ -72,6 +75,9 @@ const PATIENCE: Span = Span::from_millis(100);
 // Up to three lost frames in a row are no silence.
 const LEAST_CYCLES: i64 = 4;
 
+/// Time that may be left to be slewed where a cycle is locked to the node, s: below what a cycle begins late by.
+const SLEWED: f64 = 5e-6;
+
 impl Candidate {
     pub(super) fn new(
         config: &FarConfig,
@@ -95,6 +101,7 @@ impl Candidate {
             rival: None,
             encoders,
             needed: Box::default(),
+            age: None,
             beacons: None,
             plans: Plans::new(config).map(Box::new),
             news: News::default(),
@@ -212,10 +219,26 @@ impl Candidate {
         let needs_no_sync = !self.clock.synchronises();
         let known = correction
             .filter(|correction| !correction.is_silent && (correction.synced || needs_no_sync));
-        if let Some(age) = known.and_then(|correction| correction.time(correction.mode)) {
+        self.age = known.and_then(|correction| correction.time(correction.mode));
+        if let Some(age) = self.age {
             let passed = self.cycle_time.span() * i64::from(tick.elapsed);
             self.needed.take(age.to_span(), passed);
         }
+    }
+
+    /// Its cycle in relation to the own one in the newest cycle; none while its clock is not known.
+    pub(super) fn phase(&self) -> Option<FarPhase> {
+        let (age, header) = (self.age?, self.news.header?);
+        let observed = self.clock.observation()?;
+        let (observer, delay) = (&observed.observer, &observed.delay);
+        // While its time is slewed, as to a delay that has just been measured, the age is that of none of both.
+        let is_slewed = observer.slew_remaining.0.abs() > SLEWED;
+        (!is_slewed).then(|| FarPhase {
+            age,
+            delay: delay.delay.unwrap_or(Seconds::ZERO),
+            drift_ppm: observer.drift_ppm,
+            cycle_time: header.cycle_time,
+        })
     }
 
     /// Takes the newest fresh frame; passes all messages to the clock.
@@ -386,6 +409,7 @@ impl Candidate {
             signals.index = Some(header.index.0);
             signals.age_cycles = self.age_cycles;
             signals.present_after_us = header.present_after.map(|by| by.span().as_micros_f64());
+            signals.frame_age_us = self.age.map(Seconds::as_micros);
             signals.needed_present_after_us = self.needed_delay().map(Span::as_micros_f64);
             following.show(signals);
             if let Some(observed) = self.clock.observation() {

@@ -23,6 +23,7 @@ mod take_over;
 mod unwrapping;
 
 use coaxle_clock::cycle::Tick;
+use coaxle_clock::cycle_lock::FarPhase;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::config::LinkConfig;
@@ -189,6 +190,11 @@ impl FarNode {
         let plans = self.followed().plans.as_deref()?;
         let shown = self.axes.get(axis)?.shown_instants()?;
         Some(PromisedMotion::new(plans.motion(axis)?, shown))
+    }
+
+    /// Cycle of the node that is followed, in relation to the own one.
+    pub(crate) fn phase(&self) -> Option<FarPhase> {
+        self.followed().phase()
     }
 
     /// The node that is followed.

@@ -27,6 +27,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "encoder-master",
     "measuring-wheel",
     "jitter",
+    "locked-cycle",
     "loss",
     "master-in-motion",
     "presented",

@@ -258,6 +258,10 @@ const RECEIVER: &[Declared] = &[
     number_of("following_error_max", "u", UnitMeaning::Slave),
     flag("drive_tripped"),
     number_of("wake_up_max_us", "µs", UnitMeaning::Receiver),
+    number_of("frame_age_p1_us", "µs", UnitMeaning::Receiver),
+    number_of("frame_age_p50_us", "µs", UnitMeaning::Receiver),
+    number_of("frame_age_p99_us", "µs", UnitMeaning::Receiver),
+    number_of("frame_age_spread_us", "µs", UnitMeaning::Receiver),
 ];
 
 const SLAVE: &[Declared] = &[

@@ -182,6 +182,15 @@ pub struct ReceiverSummary {
     pub drive_tripped: bool,
     /// Largest delay from the ideal start of a cycle to its scan, µs.
     pub wake_up_max_us: f64,
+    /// Age of the newest frame at the scan: what 1 % of the cycles are below, µs. Where the cycle is to be locked, this one and the next three are taken over the time in which
+    /// it has been for ten seconds.
+    pub frame_age_p1_us: Option<f64>,
+    /// The median, µs.
+    pub frame_age_p50_us: Option<f64>,
+    /// What 1 % of the cycles are above, µs.
+    pub frame_age_p99_us: Option<f64>,
+    /// The last minus the first of these, µs.
+    pub frame_age_spread_us: Option<f64>,
     /// Figures of each slave, by its name. The slave in figures above is the first one.
     #[schemars(skip)]
     pub slaves: BTreeMap<String, SlaveSummary>,

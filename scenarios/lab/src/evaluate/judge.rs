@@ -13,7 +13,9 @@ use super::TrackedMaster;
 use super::cuts::TrueMotion as _;
 use super::drift::DriftTruth;
 use super::followed_motion::FollowedMotion;
+use super::frame_age::FrameAges;
 use super::lag::MasterLag;
+use super::own_time::OwnTime;
 use super::settling::{SettledFigure, Settling};
 use super::shown_later::{self, OwnPace};
 use super::slave::SlaveJudge;
@@ -115,6 +117,8 @@ pub(super) struct ReceiverJudge {
     fastest_master: f64,
     drift: DriftTruth,
     own_pace: OwnPace,
+    own_time: OwnTime,
+    frame_ages: FrameAges,
     was_synced: bool,
     was_error: u16,
     was_warning: u16,
@@ -194,6 +198,8 @@ impl ReceiverJudge {
             fastest_master: 0.0,
             drift: DriftTruth::default(),
             own_pace: OwnPace::default(),
+            own_time: OwnTime::default(),
+            frame_ages: FrameAges::default(),
             was_synced: false,
             was_error: 0,
             was_warning: 0,
@@ -244,9 +250,10 @@ impl ReceiverJudge {
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
-        let source = self.sources[record.place];
+        let source = self.sources[record.place].in_cycle(&record, masters);
         let oracle = &masters[source.motion].oracle;
         self.own_pace.take(record.node.cycle, record.at_ns);
+        let own_time = self.own_time.take(&record, self.cycle_time);
         let pace = || {
             let own = (self.own_pace).at(record.node.cycle, record.at_ns, self.cycle_time.span());
             // After the last cycle of the run its clock has the pace of before (swarm schedule 20033).
@@ -302,7 +309,7 @@ impl ReceiverJudge {
             set_velocity,
             evaluated: false,
         };
-        let unnoticed = self.unnoticed_us(&row, clock_now.as_ref());
+        let unnoticed = self.unnoticed_us(&row, clock_now.as_ref(), own_time);
         if let Some(watch) = &mut self.far_error {
             watch.push(&row, unnoticed);
             if let Some(position) = &mut self.far_position {
@@ -328,13 +335,14 @@ impl ReceiverJudge {
             self.drift = DriftTruth::default();
         }
         if let (Some(clock), false) = (&clock_now, self.is_virtual()) {
-            self.drift.push(at, clock, self.own_time(record));
+            self.drift.push(at, clock, own_time);
         }
         if self.evaluating {
             // Asked in every evaluated cycle, as each break has to restart the time.
             let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
             self.measure(&row, epoch, settled || !self.synchronises);
             self.measure_drive(&row, master_of_drive);
+            self.frame_ages.push(&row.record);
             if settled {
                 self.lag.push(&row, self.gear, self.fastest_master);
             }
@@ -360,14 +368,8 @@ impl ReceiverJudge {
             .is_some_and(|slave| slave.held_back_us > 0.0 || is_predicted)
     }
 
-    /// The receiver's own time by its count, s: its clock is the one that another clock's drift is measured against.
-    fn own_time(&self, record: &ReceiverCycle) -> f64 {
-        self.cycle_time.as_secs_f64() * record.node.cycle as f64
-    }
-
     /// Error of the far time by a change of the clocks' rates that cannot be known yet, µs.
-    fn unnoticed_us(&mut self, row: &Row, clock: Option<&Truth>) -> f64 {
-        let own = self.own_time(&row.record);
+    fn unnoticed_us(&mut self, row: &Row, clock: Option<&Truth>, own: f64) -> f64 {
         let is_another = (self.previous).is_some_and(|last| last.place != row.record.place);
         let Some(unnoticed) = &mut self.unnoticed else {
             return 0.0;

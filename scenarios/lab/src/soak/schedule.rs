@@ -19,7 +19,7 @@ use coaxle_node::faults::Random;
 use draw::Draw;
 use extra_draws::ExtraDraws;
 pub use extra_draws::before_lags;
-pub use late_draws::{before_dead_times, before_followers};
+pub use late_draws::{before_dead_times, before_followers, before_locks};
 use wide::Wide;
 
 /// End of the last fault, s.

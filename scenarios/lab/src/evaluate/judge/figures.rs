@@ -192,6 +192,7 @@ impl ReceiverJudge {
             }
         }
         summary.drift_ppm_true = self.drift.ppm();
+        self.frame_ages.show(summary);
         let share = |ripple: f64| (self.fastest_master > 0.0).then(|| ripple / self.fastest_master);
         let ripple = &self.ripple;
         if ripple.all.count > 0 {

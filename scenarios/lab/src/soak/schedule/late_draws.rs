@@ -1,9 +1,10 @@
-//! Lines drawn after all others, for nodes that are known by then: followers that an axis reacts to, motions that are promised, and dead
-//! times of drives.
+//! Lines drawn after all others, for nodes that are known by then: followers that an axis reacts to, motions that are promised, dead
+//! times of drives, delays that followers decide, and cycles that are locked.
 
 use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
 use coaxle_node::faults::{Random, seed_of};
+use coaxle_receiver::{FilterMode, ReceiverConfig};
 use coaxle_sender::config::SenderConfig;
 use coaxle_source::config::SourceConfig;
 
@@ -15,6 +16,8 @@ use crate::scenario::Scenario;
 const OF_FOLLOWERS: &str = "# followers";
 /// End of lines that came after those: without them it is what it was before ([`before_dead_times`]).
 const OF_DEAD_TIMES: &str = "# a dead time";
+/// End of lines that came after those ([`before_locks`]).
+const OF_LOCKS: &str = "# a lock";
 
 /// The schedule that its seed gave before followers and promises were drawn: seeds that failed earlier are kept as they failed.
 #[must_use]
@@ -25,7 +28,13 @@ pub fn before_followers(schedule: &str) -> String {
 /// The schedule that its seed gave before dead times were drawn.
 #[must_use]
 pub fn before_dead_times(schedule: &str) -> String {
-    without(schedule, OF_DEAD_TIMES)
+    without(&before_locks(schedule), OF_DEAD_TIMES)
+}
+
+/// The schedule that its seed gave before cycles were locked, and delays left to followers.
+#[must_use]
+pub fn before_locks(schedule: &str) -> String {
+    without(schedule, OF_LOCKS)
 }
 
 /// A schedule without the lines that end like this.
@@ -36,7 +45,7 @@ pub(super) fn without(schedule: &str, end: &str) -> String {
         .collect()
 }
 
-/// Adds followers and promises to a schedule, and dead times.
+/// Adds followers and promises to a schedule, dead times, and locks.
 pub(super) fn with_followers(seed: u64, schedule: String) -> String {
     // It is read once more for that: who follows whom is drawn in many places.
     let table = toml::from_str(&schedule);
@@ -44,15 +53,18 @@ pub(super) fn with_followers(seed: u64, schedule: String) -> String {
         return schedule;
     };
     let mut random = Random::new(seed_of(seed, "followers"));
+    let mut locks = Random::new(seed_of(seed, "locks"));
     let mut added = Vec::new();
     for sender in &scenario.senders {
         let mut axes = Vec::new();
         for axis in 0..sender.axes.len() {
             axes.push(lines(&mut random, &scenario, sender, axis));
         }
+        add_led_delay(&mut locks, sender, &mut axes);
         added.push(axes);
     }
     let mut dead_times = Random::new(seed_of(seed, "dead times"));
+    let mut receivers = scenario.receivers.iter();
     let mut added = added.into_iter();
     let (mut text, mut axes) = (
         String::with_capacity(schedule.len()),
@@ -63,6 +75,10 @@ pub(super) fn with_followers(seed: u64, schedule: String) -> String {
         match line.trim_end() {
             "[[sender]]" => axes = added.next().unwrap_or_default().into_iter(),
             "[[sender.axis]]" => text += &axes.next().unwrap_or_default(),
+            "[[receiver]]" => {
+                let lock = receivers.next().map(|it| lock_cycle(&mut locks, it));
+                text += &lock.unwrap_or_default();
+            }
             "[[receiver.slave]]" => text += &dead_time(&mut dead_times),
             _ => {}
         }
@@ -99,6 +115,34 @@ fn lines(random: &mut Random, scenario: &Scenario, sender: &SenderConfig, axis: 
         );
     }
     lines
+}
+
+/// Lets the followers of a sender decide the delay of its axes, if it has some and no delay; mostly not.
+fn add_led_delay(random: &mut Random, sender: &SenderConfig, axes: &mut [String]) {
+    let has_followers = axes.iter().any(|lines| lines.contains("followers = {"));
+    let is_led = random.chance(0.4);
+    if !is_led || !has_followers || sender.axes.present_after().is_some() {
+        return;
+    }
+    let most = random.decades(20.0, 500.0);
+    let limits = format!("present-after-limits = {{ at-most-ms = {most:.1} }}");
+    for lines in axes {
+        *lines += &format!("present-after-ms = 'auto' {OF_LOCKS}\n{limits} {OF_LOCKS}\n");
+    }
+}
+
+/// Line of a receiver whose cycle is locked to that of a node that it observes; mostly none.
+fn lock_cycle(random: &mut Random, receiver: &ReceiverConfig) -> String {
+    let is_locked = random.chance(0.25);
+    let far = receiver.far.iter();
+    let observed: Vec<_> = far.filter(|far| far.mode == FilterMode::Observer).collect();
+    if !is_locked || observed.is_empty() {
+        return String::new();
+    }
+    let to = random.one_of(&observed).node.as_str();
+    let cycle = receiver.cycle_time_us.0.span().as_micros_f64();
+    let offset = random.between(0.0, 0.999 * cycle);
+    format!("lock-cycle = {{ to = '{to}', offset-us = {offset:.1} }} {OF_LOCKS}\n")
 }
 
 /// Lines of a slave whose drive has a dead time; mostly none.
