@@ -26,6 +26,7 @@ mod health;
 mod hold_back;
 mod marks;
 mod node;
+mod own_cycle;
 mod pipeline;
 mod program;
 mod promised;

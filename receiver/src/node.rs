@@ -3,7 +3,7 @@
 use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::{CycleIndex, CycleLock, Instant, Local, Schedule, Seconds};
+use coaxle_clock::{CycleIndex, Instant, Local};
 use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
 use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
@@ -21,6 +21,7 @@ use coaxle_slave::{Command, Refusal};
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
+use crate::own_cycle::OwnCycle;
 use crate::pipeline::Pipeline;
 use crate::reports::ReportPublisher;
 use crate::slaves::{SlaveNumber, Slaves};
@@ -30,7 +31,7 @@ use crate::virtual_axes::VirtualAxes;
 /// A receiver: follows far axes and drives slaves with them.
 #[derive(Debug)]
 pub struct Receiver {
-    schedule: Schedule,
+    cycle: OwnCycle,
     pipeline: Pipeline,
     identity: Identity,
     slave_names: Vec<NodeName>,
@@ -40,8 +41,6 @@ pub struct Receiver {
     far_axes: AxesFrame,
     /// Reports, if it has a slave of a sender's axis.
     reports: Option<Box<ReportPublisher>>,
-    /// Lock of the cycle to that of a far node, and the number of that node.
-    lock: Option<(usize, CycleLock)>,
     time_server: TimeServer,
     /// Timing channel for others, if it has one.
     beacon_server: Option<Box<BeaconServer>>,
@@ -166,9 +165,8 @@ impl Receiver {
             | Channel::TimeResponses
             | Channel::Followers => Source::Far(subscription.far),
         };
-        let first = config.clock.first_count.get();
-        let schedule = Schedule::counting_from(first, start, cycle_time);
-        let beacon_server = || BeaconServer::new(sender, epoch, schedule.start(), cycle_time);
+        let cycle = OwnCycle::new(config, start);
+        let beacon_server = || BeaconServer::new(sender, epoch, cycle.start(), cycle_time);
         Ok(Self {
             pipeline,
             identity: Identity { sender, epoch },
@@ -183,10 +181,9 @@ impl Receiver {
             slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
             far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
             reports: ReportPublisher::new(config, epoch).map(Box::new),
-            lock: (config.locked_to()).map(|to| (to.far, CycleLock::new(cycle_time, to.offset))),
-            time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
+            time_server: TimeServer::new(sender, epoch, cycle.start(), cycle_time),
             beacon_server: (config.timing_server.as_ref()).map(|_| Box::new(beacon_server())),
-            schedule,
+            cycle,
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
             due: vec![None; config.received_nodes().len()].into(),
@@ -237,7 +234,7 @@ impl Receiver {
             // The manual's 16 bits of the count, for receivers that know only these.
             index: CycleIndex::of_count(self.tick.count),
             count: self.tick.count,
-            cycle_time: self.schedule.cycle_time(),
+            cycle_time: self.cycle.cycle_time(),
             present_after: PresentAfter::new(self.pipeline.hold_back()),
             // The host adds the stamp where the frame leaves.
             send_stamp: None,
@@ -274,20 +271,6 @@ impl Receiver {
         Some((length, far))
     }
 
-    /// Moves the next cycle, if it is locked to a far one.
-    fn lock_cycle(&mut self) {
-        let Some((far, lock)) = &mut self.lock else {
-            return;
-        };
-        let phase = self.pipeline.far[*far].phase();
-        let moved = lock.advance(phase.as_ref(), self.tick.elapsed);
-        self.schedule.shift(moved);
-        let signals = &mut self.snapshot.signals.node;
-        signals.cycle_lock = Some(lock.state());
-        signals.cycle_phase_us = lock.phase().map(Seconds::as_micros);
-        signals.cycle_period_ppm = Some(lock.period_ppm());
-    }
-
     fn show(&mut self, now: Instant<Local>) {
         let shown = &mut self.snapshot;
         shown.ideal_start = self.tick.ideal_start;
@@ -295,7 +278,8 @@ impl Receiver {
         let signals = &mut shown.signals.node;
         signals.cycle = self.tick.count;
         signals.run = self.identity.epoch;
-        signals.overruns = self.schedule.overruns();
+        signals.overruns = self.cycle.overruns();
+        self.cycle.show(signals);
         signals.hold_back_us = self.pipeline.hold_back().as_micros_f64();
         let TimeServerCounters { answered, dropped } = self.time_server.counters();
         signals.requests_answered = answered;
@@ -335,7 +319,7 @@ impl Node for Receiver {
 
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         // Decides in the inbox which axes the next cycle can still need.
-        let due = self.schedule.next_start();
+        let due = self.cycle.next_start();
         match (message, self.sources.get(subscription)) {
             // Anybody may ask, whatever the subscription.
             (Message::TimeRequest(request), _) => self.time_server.receive(at, request),
@@ -409,10 +393,10 @@ impl Node for Receiver {
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
-        self.tick = self.schedule.take(now);
-        if self.lock.is_some() {
-            // Whoever asks for the time gets it by the cycles as they are.
-            let start = self.schedule.start();
+        self.tick = self.cycle.take(now);
+        if self.cycle.is_locked() {
+            // Responses to time requests count by the cycles as they are.
+            let start = self.cycle.start();
             self.time_server.set_start(start);
             if let Some(server) = &mut self.beacon_server {
                 server.set_start(start);
@@ -436,7 +420,7 @@ impl Node for Receiver {
         }
         // Requests are encoded one by one while they are sent, with a single buffer.
         self.next_asked = 0;
-        self.lock_cycle();
+        self.cycle.follow(&self.tick, now, &self.pipeline.far);
         self.show(now);
         self.tick
     }
@@ -492,13 +476,11 @@ impl Node for Receiver {
     }
 
     fn next_cycle(&self) -> Instant<Local> {
-        self.schedule.next_start()
+        self.cycle.next_start()
     }
 
     fn ideal_start(&self, now: Instant<Local>) -> Instant<Local> {
-        // On a copy: the question alone must not count a cycle.
-        let mut schedule = self.schedule;
-        schedule.take(now).ideal_start
+        self.cycle.ideal_start(now)
     }
 
     fn snapshot(&self) -> &ReceiverSnapshot {

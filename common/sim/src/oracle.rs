@@ -108,13 +108,14 @@ impl<R: Domain> Oracle<R> {
         }
     }
 
-    /// Presentation delay of what is shown at `at`: stated as much earlier, as it belongs to the frame that states it. None where that is unknown.
+    /// Presentation delay of what is to be shown `left` after `at`: stated that delay before it is shown, as it belongs to the frame that states it. None where
+    /// that is unknown.
     #[must_use]
-    pub fn shown_after(&self, at: Instant<R>) -> Option<Span> {
+    pub fn shown_after(&self, at: Instant<R>, left: Span) -> Option<Span> {
         let mut delay = self.stated_at(at)?;
         // It changes by less than a thousandth of the time: each step leaves so much of the error.
         for _ in 0..4 {
-            delay = self.stated_at(at - delay)?;
+            delay = self.stated_at(at - (delay - left).max(Span::ZERO))?;
         }
         Some(delay)
     }

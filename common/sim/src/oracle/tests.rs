@@ -183,11 +183,11 @@ fn what_is_shown_later_has_the_delay_of_its_own_frame() {
     ] {
         let generated = Instant::from_nanos(half_cycles * CYCLE_NS / 2);
         let delay = Span::from_micros_f64(expected);
-        assert_eq!(
-            oracle.shown_after(generated + delay),
-            Some(delay),
-            "{half_cycles}"
-        );
+        for left in [0, 3] {
+            let left = Span::from_millis(left);
+            let at = generated + delay - left;
+            assert_eq!(oracle.shown_after(at, left), Some(delay), "{half_cycles}");
+        }
     }
-    assert_eq!(oracle.shown_after(Instant::from_nanos(0)), None);
+    assert_eq!(oracle.shown_after(Instant::from_nanos(0), Span::ZERO), None);
 }

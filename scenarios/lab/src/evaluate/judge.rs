@@ -51,22 +51,19 @@ pub(super) struct MotionSource {
 }
 
 impl MotionSource {
-    /// The source with the delay of what a cycle shows.
-    fn in_cycle(self, record: &ReceiverCycle, masters: &[TrackedMaster]) -> Self {
+    /// Delay of what is to be shown `left` after a cycle.
+    fn later_in(&self, record: &ReceiverCycle, masters: &[TrackedMaster], left: Span) -> Span {
         if !self.is_led || self.later == Span::ZERO {
-            return self;
+            return self.later;
         }
         let oracle = &masters[self.motion].oracle;
-        let stated = oracle.shown_after(Instant::from_nanos(record.at_ns));
+        let stated = oracle.shown_after(Instant::from_nanos(record.at_ns), left);
         let received = record.far.present_after_us.map(Span::from_micros_f64);
         // A delay that steps, while nothing moves, is known with the first frame that states it.
         let has_come = |stated: &Span| {
             self.is_receiver || received.is_none_or(|newest| (newest - *stated).abs() <= SLEWED)
         };
-        Self {
-            later: stated.filter(has_come).or(received).unwrap_or(self.later),
-            ..self
-        }
+        stated.filter(has_come).or(received).unwrap_or(self.later)
     }
 }
 
@@ -250,7 +247,8 @@ impl ReceiverJudge {
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
-        let source = self.sources[record.place].in_cycle(&record, masters);
+        let source = self.sources[record.place];
+        let later = |left| source.later_in(&record, masters, left);
         let oracle = &masters[source.motion].oracle;
         self.own_pace.take(record.node.cycle, record.at_ns);
         let own_time = self.own_time.take(&record, self.cycle_time);
@@ -263,7 +261,7 @@ impl ReceiverJudge {
         let far = FollowedMotion {
             oracle,
             gear: source.gear,
-            later: shown_later::delay_in(&record, source.later, source.is_receiver, pace),
+            later: shown_later::delay_in(&record, later, source.is_receiver, pace),
             start,
         };
         let truth = far.at(at);
@@ -284,7 +282,7 @@ impl ReceiverJudge {
         // What the drive is given was calculated earlier, and shows the instant that all others show.
         let master_of_drive = match self.is_shown_later(&record) {
             true => {
-                let later = source.later;
+                let later = later(Span::ZERO);
                 let shown = FollowedMotion { later, ..far };
                 shown.at(at).and_then(|truth| shown.moves(&truth))
             }

@@ -75,10 +75,10 @@ pub(super) fn jerk_of(scenario: &Scenario, root: &Root) -> Option<f64> {
 }
 
 /// Delay of the instant that the axis of a cycle shows, by the clock at the root, which runs at this `pace` by that of the receiver: only modes
-/// that know a clock show an axis later, and what its drives wait for is still to pass. Frames that are shown as they come state what is left.
+/// that know a clock show an axis later, and what its drives wait for is still to pass. `delay` is that of what is to be shown a time later. Frames that are shown as they come state what is left.
 pub(super) fn delay_in(
     cycle: &ReceiverCycle,
-    delay: Span,
+    delay: impl Fn(Span) -> Span,
     is_relayed: bool,
     pace: impl FnOnce() -> f64,
 ) -> Span {
@@ -87,7 +87,7 @@ pub(super) fn delay_in(
         state,
         Some(FilterState::Sync | FilterState::Time | FilterState::Observer)
     );
-    if delay == Span::ZERO || !(is_by_clock || is_relayed) {
+    if !(is_by_clock || is_relayed) {
         return Span::ZERO;
     }
     let left_us = match cycle.far.presentation_lag_us {
@@ -95,7 +95,8 @@ pub(super) fn delay_in(
         Some(_) => 0.0,
         None => cycle.far.present_after_us.unwrap_or_default(),
     };
-    (delay - Span::from_micros_f64(left_us)).max(Span::ZERO)
+    let left = Span::from_micros_f64(left_us);
+    (delay(left) - left).max(Span::ZERO)
 }
 
 /// Pace of a receiver's own clock, by its cycles.
