@@ -5,6 +5,7 @@
 //! The wanted period is that of the far cycle by the own clock, which the [phase observer](crate::observer) knows, and a share of the phase that is still missing. Only
 //! deadlines move: the clock stays what it is.
 
+use crate::numbers::rounded;
 use crate::{CycleTime, Seconds, Span};
 
 /// Own cycle in relation to a far one. Runs once per own cycle, and says by how much the next deadline is to be moved.
@@ -76,9 +77,15 @@ const MOST_WHILE_LOCKING: f64 = 500e-6;
 const MOST_DRIFT: f64 = 400e-6;
 /// Drift up to which the smaller bound leaves a share for the phase.
 const USUAL_DRIFT: f64 = 80e-6;
-/// Greatest change of the period within a second, s per s: a follower of this node sees it as a change of the drift. The gain asks for 315 ppm/s at the
-/// greatest change, so that the phase does not overshoot.
-const MOST_BEND: f64 = 400e-6;
+/// Greatest change of the period within a second, s per s: a follower of this node sees it as a change of the drift. Half a cycle of a millisecond needs 200 ppm/s by the
+/// gain.
+const MOST_BEND: f64 = 200e-6;
+/// Bend with which it is led to the right phase: the rest is for a drift that changes.
+const BRAKE: f64 = 0.8 * MOST_BEND;
+/// Part of a turn by which the phase is led within a second. A follower of this node sees that as a drift that changes for some seconds: of a millisecond 100 ppm left it
+/// 15 µs off meanwhile, 150 ppm 30 µs, and as much as the bounds permit 150 µs (`locked-cycle`).
+const RATE_OF_TURN: f64 = 0.1;
+const LEAST_RATE: f64 = 50e-6;
 /// Missing phase below which a cycle is locked, and above which it is no longer.
 const LOCKED: f64 = 20e-6;
 const LOST: f64 = 60e-6;
@@ -122,9 +129,9 @@ impl CycleLock {
         let bend = MOST_BEND * period * f64::from(elapsed);
         self.pace += (wanted - self.pace).clamp(-bend, bend);
         self.left += self.pace * period * 1e9;
-        let whole = self.left.round();
-        self.left -= whole;
-        Span::from_nanos(whole as i64)
+        let whole = rounded(self.left);
+        self.left -= whole as f64;
+        Span::from_nanos(whole)
     }
 
     /// Wanted change of the period.
@@ -148,7 +155,7 @@ impl CycleLock {
             return 0.0;
         };
         let late = far.age.0 - far.delay.0 - self.offset.0;
-        let phase = late - turn * (late / turn).round();
+        let phase = late - turn * rounded(late / turn) as f64;
         self.phase = Some(Seconds(phase));
         let limit = if self.state == CycleLockState::Locked {
             LOST
@@ -162,7 +169,7 @@ impl CycleLock {
         let is_usual = self.state == CycleLockState::Locked && drift.abs() <= USUAL_DRIFT;
         let most = if is_usual { MOST } else { MOST_WHILE_LOCKING };
         // A fast far clock has shorter cycles, and a cycle that begins late needs a shorter one, too.
-        (-drift / (1.0 + drift) - GAIN * phase).clamp(-most, most)
+        (-drift / (1.0 + drift) - rate(phase, turn)).clamp(-most, most)
     }
 
     /// Time after which both cycles begin alike again: the shorter of both cycle times, if the longer one is a multiple of it.
@@ -171,6 +178,13 @@ impl CycleLock {
         let (shorter, longer) = (own.min(far), own.max(far));
         (longer % shorter == 0).then_some(shorter as f64 * 1e-9)
     }
+}
+
+/// Rate at which a phase is led to zero, s per s: half a turn takes five seconds, and no faster than what the greatest bend can end there.
+fn rate(phase: f64, turn: f64) -> f64 {
+    let most = (RATE_OF_TURN * turn).clamp(LEAST_RATE, MOST_DRIFT);
+    let most = most.min(libm::sqrt(2.0 * BRAKE * phase.abs()));
+    (GAIN * phase).clamp(-most, most)
 }
 
 #[cfg(test)]

@@ -59,9 +59,11 @@ impl MotionSource {
         let oracle = &masters[self.motion].oracle;
         let stated = oracle.shown_after(Instant::from_nanos(record.at_ns), left);
         let received = record.far.present_after_us.map(Span::from_micros_f64);
-        // A delay that steps, while nothing moves, is known with the first frame that states it.
+        // A delay that steps, while nothing moves, is known with the first frame that states it. Beyond the newest frame nothing is known but its own.
+        let is_beyond = record.axis.interpolated == Some(false);
         let has_come = |stated: &Span| {
-            self.is_receiver || received.is_none_or(|newest| (newest - *stated).abs() <= SLEWED)
+            let differs = received.is_some_and(|newest| (newest - *stated).abs() > SLEWED);
+            self.is_receiver || !(is_beyond || differs)
         };
         stated.filter(has_come).or(received).unwrap_or(self.later)
     }
