@@ -460,3 +460,38 @@ proptest! {
         }
     }
 }
+
+/// Of 20 ms, two cycles of the sender and one of the receiver, a quarter and a cycle.
+const ASKED: f64 = 29.75;
+
+#[test]
+fn a_delay_that_followers_decide_is_what_those_who_report_ask_for() {
+    let led = |least, most, nodes: &[&str]| {
+        let mut line = line(0);
+        line.axes[0].origin = AxisOrigin::Root {
+            motion: RootMotion::Program,
+            present_after: Some(PresentAfterRange {
+                least: Span::from_millis(least),
+                most: Span::from_millis(most),
+            }),
+            followers: nodes
+                .iter()
+                .map(|it| NodeName::new(it).expect("a name"))
+                .collect(),
+        };
+        let near = follower("near", "line/axes/1", Some(5), LagRule::Full);
+        let far = follower("far", "line/axes/1", Some(20), LagRule::Full);
+        let plant = PlantAnalysis::of(&[line, near, far]);
+        assert_eq!(plant.findings, []);
+        let shown: Vec<_> = plant.routes.iter().map(|route| route.shown).collect();
+        (plant.routes[0].present_after_ms, shown, plant.notes.len())
+    };
+    let good = ShownAs::Interpolated;
+    let all = ["near", "far"];
+    assert_eq!(led(1, 200, &all), (ASKED, vec![good; 2], 0));
+    assert_eq!(led(40, 200, &all), (40.0, vec![good; 2], 0));
+    // Too little for the second: by the limit, and as nobody asks it. Each is noted.
+    let too_late = vec![good, ShownAs::Extrapolated];
+    assert_eq!(led(1, 12, &all), (12.0, too_late.clone(), 1));
+    assert_eq!(led(1, 200, &["near"]), (11.0, too_late, 1));
+}

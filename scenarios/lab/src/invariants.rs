@@ -42,6 +42,8 @@ pub enum Invariant {
     StoppingWay,
     /// Within a run of the receiver the cycle number increases from row to row, and the cycles between were skipped, as counted.
     Cycles,
+    /// A lock changes the period of a receiver's cycle by no more than 500 ppm.
+    CyclePeriod,
     /// A slave that has set values has them in every cycle from then on.
     SetValues,
     /// The position of a slave is set, as by switching on, homing or a reset, only where the slave was at rest in the cycle
@@ -90,6 +92,7 @@ impl Invariant {
             Self::ErrorLatch => "error-latch",
             Self::StoppingWay => "stopping-way",
             Self::Cycles => "cycles",
+            Self::CyclePeriod => "cycle-period",
             Self::SetValues => "set-values",
             Self::SetAnew => "set-anew",
             Self::Owner => "owner",

@@ -22,12 +22,13 @@ struct AxisFrame {
 
 /// Set values of the last frames of an axis, by the count of their cycle.
 ///
-/// Frames may come in any order. For a delay of more than 60 cycles, every second, third … frame is kept.
+/// Frames may come in any order. For a delay of more than 60 cycles, every second, fourth … frame is kept.
 #[derive(Clone, Debug)]
 pub struct FrameHistory {
     /// Cycle time of the sender, s.
     cycle: f64,
-    /// Frames are kept whose count is a multiple of it.
+    /// Frames are kept whose count is a multiple of it, a power of two.
+    // So a longer delay needs a part of those that are there, and a shorter one all of them: a delay that is slewed leaves no gap.
     stride: u64,
     /// A ring of frames in the order of their counts.
     frames: [AxisFrame; FRAMES],
@@ -64,18 +65,34 @@ impl FrameHistory {
         }
     }
 
-    /// Prepares it for a presentation delay and a cycle time of the sender. What it holds is kept unless other frames
-    /// have to be kept from now on.
+    /// Prepares it for a presentation delay and a cycle time of the sender. What it holds is kept, as far as it is needed; none of it with another cycle
+    /// time.
     pub fn prepare(&mut self, delay: Span, cycle: Span) {
         let longest = cycle.as_nanos().max(1).unsigned_abs() * FOR_DELAY;
-        // At most 4 s of cycles of 100 µs: 667.
+        // At most 4 s of cycles of 100 µs: 667, and so 1024.
         let delay = delay.as_nanos().max(0).unsigned_abs();
-        let stride = delay.div_ceil(longest).max(1);
+        let stride = delay.div_ceil(longest).max(1).next_power_of_two();
         let cycle = cycle.as_secs_f64();
-        if stride != self.stride || cycle.to_bits() != self.cycle.to_bits() {
-            (self.stride, self.cycle) = (stride, cycle);
+        if cycle.to_bits() != self.cycle.to_bits() {
+            self.cycle = cycle;
             self.clear();
         }
+        if core::mem::replace(&mut self.stride, stride) < stride {
+            self.thin_out();
+        }
+    }
+
+    /// Leaves the frames whose counts are multiples of the stride.
+    fn thin_out(&mut self) {
+        let mut left = 0;
+        for n in 0..self.kept {
+            let frame = *self.frame(n);
+            if frame.count.is_multiple_of(self.stride) {
+                self.frames[(self.first + left) % FRAMES] = frame;
+                left += 1;
+            }
+        }
+        self.kept = left;
     }
 
     /// Forgets every frame: the next ones are unrelated to them.
@@ -296,6 +313,30 @@ mod tests {
                 (set.acceleration - truth.acceleration).abs() < 1e-3,
                 "{back}"
             );
+        }
+    }
+
+    #[test]
+    fn a_delay_that_is_slewed_leaves_no_gap() {
+        let mut history = FrameHistory::new(CYCLE);
+        // Over 60, 120 and 240 cycles, and back.
+        let delays = (50..260).chain((50..260).rev());
+        for (count, delay) in (1_000..).zip(delays) {
+            history.prepare(Span::from_millis(delay), CYCLE);
+            history.take(count, &master(count as f64 * 1e-3), DELAY);
+            let known = (count - 1_000).min(delay.unsigned_abs());
+            for behind in [known, known / 2, 1] {
+                let Some(set) = history.at(behind as f64 * 1e-3, true) else {
+                    // Shorter than the delay: from before the first frame that is kept.
+                    assert!(count < 1_300, "{count}: {behind} behind, of {delay}");
+                    continue;
+                };
+                let truth = master((count - behind) as f64 * 1e-3);
+                assert!(
+                    (set.position - truth.position).abs() < 1e-4,
+                    "{count} {behind}"
+                );
+            }
         }
     }
 

@@ -311,6 +311,19 @@ mod tests {
     }
 
     #[test]
+    fn a_lock_changes_the_period_within_its_bounds() {
+        let period = |ppm| {
+            let mut row = row(SlaveSignals::default(), FarNodeSignals::default());
+            row.node.cycle_period_ppm = Some(ppm);
+            broken([row])
+        };
+        assert_eq!(period(-500.0), []);
+        for ppm in [500.1, -501.0, f64::NAN] {
+            assert_eq!(period(ppm), [Invariant::CyclePeriod], "{ppm}");
+        }
+    }
+
+    #[test]
     fn cycles_that_are_not_there_were_skipped() {
         // Successive cycles, and others with this many between them.
         let after = |world, between: u64, skipped: u64| {

@@ -8,6 +8,7 @@ use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use coaxle_clock::cycle_lock::CycleLockState;
 use coaxle_lab::catalog::FAULTS;
 use coaxle_lab::summary::Summary;
 use coaxle_lab::verdict::Verdict;
@@ -36,6 +37,31 @@ fn the_table_of_faults_is_what_was_seen() {
         there == written,
         "docs/FAULTS.md is not what was seen: UPDATE_DOCS=1 writes it"
     );
+}
+
+/// The bounds of its cycle are an invariant of every run.
+#[test]
+fn every_fault_with_a_receiver_whose_cycle_is_locked() {
+    let observed = FAULTS
+        .iter()
+        .filter(|(_, text)| text.contains("name = \"observer\""));
+    let mut locked = 0;
+    for (name, _) in observed {
+        let run = crate::common::run(name, &["receiver.observer.lock-cycle={}"]);
+        let failed: Vec<_> = run.failed().map(ToString::to_string).collect();
+        assert!(failed.is_empty(), "{name}: {}", failed.join("\n"));
+        let lock = run.receivers["observer"].last.node.cycle_lock;
+        // A drift of more than 400 ppm is not followed.
+        let is_beyond = *name == "faults/drift";
+        let expected = if is_beyond {
+            CycleLockState::Refused
+        } else {
+            CycleLockState::Locked
+        };
+        assert_eq!(lock, Some(expected), "{name}");
+        locked += 1;
+    }
+    assert!(locked > 20, "{locked}");
 }
 
 #[test]

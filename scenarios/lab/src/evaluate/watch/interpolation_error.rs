@@ -64,7 +64,7 @@ impl InterpolationError {
         };
         let cycle = cycle_us * 1e-6;
         let later = row.record.far.present_after_us.unwrap_or_default() * 1e-6;
-        let left_out = (later / (KEPT * cycle)).ceil();
+        let left_out = ((later / (KEPT * cycle)).ceil() as u64).next_power_of_two() as f64;
         let lost = self.gaps.front().map_or(1, |(_, gap)| *gap);
         let gap = (left_out + lost as f64) * cycle;
         WHOLE_RAMP * jerk * gap * gap * gap * SHARE

@@ -6,6 +6,9 @@ use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 use crate::summary::World;
 
+/// Greatest change of a period by a lock, ppm, with a rounding error (docs/CLOCKS.md).
+const MOST_PPM: f64 = 500.000_001;
+
 /// Watches the cycles of a receiver.
 #[derive(Debug)]
 pub(super) struct NodeWatch {
@@ -37,6 +40,11 @@ impl NodeWatch {
             u32::try_from(passed).ok().filter(|passed| *passed > 0)
         });
         let cycle = WatchedCycle { number, t_s, since };
+        let period = node.cycle_period_ppm.unwrap_or_default();
+        // A period that is no number is beyond any limit, too.
+        if !(period.abs() <= MOST_PPM) {
+            (self.found).add(&cycle, Invariant::CyclePeriod, period, MOST_PPM);
+        }
         if let Some(last) = last {
             let next = executed(&last) + 1;
             // Skipped cycles raise both numbers alike, so that executed ones are without gaps.
