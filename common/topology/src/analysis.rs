@@ -8,7 +8,7 @@ use crate::finding::{PlantFinding, findings, modulo_of, unit_of};
 use crate::graph::{AxisGraph, AxisNumber};
 use crate::plant::{AxisOrigin, FarReference, LagRule, PlantNode, PlantRole, Showing};
 use crate::presentation::{AxisStage, PlantLags, ShownAs, Stated, stated_delay};
-use crate::proposal::{Need, ProposedDelay, needs, proposals};
+use crate::proposal::{Need, ProposedDelay, ROUNDED_UP, needs, proposals};
 use crate::routes::{AxisRoute, routes};
 use crate::way::WayOrigin;
 
@@ -347,6 +347,11 @@ fn delay_notes(graph: &AxisGraph<'_>, proposed: &[ProposedDelay]) -> Vec<PlantFi
             return None;
         }
         let root = graph.axis(*proposal.roots.first()?);
+        // Followers decide to the nanosecond, and a proposal is rounded up.
+        let is_led = matches!(root.origin, AxisOrigin::Root { present_after: Some(range), .. } if range.is_led());
+        if is_led && stated + ROUNDED_UP > delay {
+            return None;
+        }
         Some(PlantFinding {
             file: graph.nodes[proposal.node].file.clone(),
             field: format!("{}.present-after-ms", root.field),

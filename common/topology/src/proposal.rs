@@ -228,13 +228,16 @@ fn check(
 /// Longest presentation delay of a config (`PresentAfterMs`).
 const LONGEST: Span = Span::from_millis(4_000);
 
+/// Greatest time by which a proposal is rounded up.
+pub(crate) const ROUNDED_UP: Span = Span::from_millis(1);
+
 /// A figure that a person would write: tenths of a millisecond below ten, whole ones above.
 fn rounded(node: &PlantNode, need: Span) -> Span {
     let cycle = node.cycle_time.map_or(Span::ZERO, |cycle| cycle.span());
     let need = need.max(cycle);
     let unit = match need < Span::from_millis(10) {
         true => Span::from_micros(100),
-        false => Span::from_millis(1),
+        false => ROUNDED_UP,
     };
     (unit * up(need.as_nanos(), unit.as_nanos())).min(LONGEST)
 }

@@ -476,7 +476,7 @@ fn a_delay_that_followers_decide_is_what_those_who_report_ask_for() {
             }),
             followers: nodes
                 .iter()
-                .map(|it| NodeName::new(it).expect("a name"))
+                .map(|it| NodeName::new(*it).expect("a name"))
                 .collect(),
         };
         let near = follower("near", "line/axes/1", Some(5), LagRule::Full);
