@@ -20,7 +20,7 @@ pub enum PresentAfterChoice {
 }
 
 /// Limits of a delay that followers decide.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct PresentAfterLimits {
     /// The shortest one, ms: for followers behind followers, which report nothing here. The cycle time by default.
@@ -69,16 +69,6 @@ impl PresentAfterChoice {
             return Err(Wrong::value(received, "the least below the most"));
         }
         Ok(range)
-    }
-}
-
-impl Default for PresentAfterLimits {
-    /// None but those of every delay.
-    fn default() -> Self {
-        Self {
-            at_least_ms: None,
-            at_most_ms: None,
-        }
     }
 }
 
