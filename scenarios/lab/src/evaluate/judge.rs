@@ -51,26 +51,42 @@ pub(super) struct MotionSource {
 }
 
 impl MotionSource {
-    /// Delay of what is to be shown `left` after a cycle.
-    fn later_in(&self, record: &ReceiverCycle, masters: &[TrackedMaster], left: Span) -> Span {
+    /// Delay of what is to be shown `left` after a cycle; far time has this pace by the own clock.
+    fn later_in(
+        &self,
+        record: &ReceiverCycle,
+        masters: &[TrackedMaster],
+        pace: f64,
+        left: Span,
+    ) -> Span {
         if !self.is_led || self.later == Span::ZERO {
             return self.later;
         }
         let oracle = &masters[self.motion].oracle;
         let stated = oracle.shown_after(Instant::from_nanos(record.at_ns), left);
         let received = record.far.present_after_us.map(Span::from_micros_f64);
-        // A delay that steps, while nothing moves, is known with the first frame that states it. Beyond the newest frame nothing is known but its own.
-        let is_beyond = record.axis.interpolated == Some(false);
+        // A delay that steps, while nothing moves, is known with the first frame that states it.
         let has_come = |stated: &Span| {
             let differs = received.is_some_and(|newest| (newest - *stated).abs() > SLEWED);
-            self.is_receiver || !(is_beyond || differs)
+            self.is_receiver || !differs
         };
+        // Beyond the newest frame nothing is known but its own delay, which a receiver follows slowly.
+        if record.axis.interpolated == Some(false) && !self.is_receiver {
+            let shown = (record.far.presentation_lag_us)
+                .map(|lag| Span::from_micros_f64(lag + record.node.hold_back_us * pace));
+            let is_near = |shown: &Span| {
+                received.is_some_and(|newest| (newest - *shown).abs() <= FOLLOWED_WITHIN)
+            };
+            return shown.filter(is_near).or(received).unwrap_or(self.later);
+        }
         stated.filter(has_come).or(received).unwrap_or(self.later)
     }
 }
 
 /// Change of a delay within the time that its frames take to be shown, 4 s: of one that is slewed it is below.
 const SLEWED: Span = Span::from_millis(4);
+/// Distance of a delay that a receiver shows from that of its newest frame: frames that come some fifty at a time bring that much at once.
+const FOLLOWED_WITHIN: Span = Span::from_micros(50);
 
 /// Clocks and links in virtual time, as far as known.
 #[derive(Clone, Copy, Debug)]
@@ -250,7 +266,6 @@ impl ReceiverJudge {
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
         let source = self.sources[record.place];
-        let later = |left| source.later_in(&record, masters, left);
         let oracle = &masters[source.motion].oracle;
         self.own_pace.take(record.node.cycle, record.at_ns);
         let own_time = self.own_time.take(&record, self.cycle_time);
@@ -260,6 +275,8 @@ impl ReceiverJudge {
             let known = oracle.at(at).or_else(|| oracle.at(at - source.later));
             own * known.map_or(1.0, |truth| truth.pace)
         };
+        let own_pace = if source.is_led { pace() } else { 1.0 };
+        let later = |left| source.later_in(&record, masters, own_pace, left);
         let far = FollowedMotion {
             oracle,
             gear: source.gear,
