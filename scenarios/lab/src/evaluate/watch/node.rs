@@ -41,8 +41,7 @@ impl NodeWatch {
         });
         let cycle = WatchedCycle { number, t_s, since };
         let period = node.cycle_period_ppm.unwrap_or_default();
-        // A period that is no number is beyond any limit, too.
-        if !(period.abs() <= MOST_PPM) {
+        if period.is_nan() || period.abs() > MOST_PPM {
             (self.found).add(&cycle, Invariant::CyclePeriod, period, MOST_PPM);
         }
         if let Some(last) = last {
