@@ -272,6 +272,34 @@ const FOLLOWER_REGRESSIONS: &[(u64, &str)] = &[
     ),
 ];
 
+/// Seeds that once failed with locked cycles, or with delays that followers decide, with the reasons.
+const LOCK_REGRESSIONS: &[(u64, &str)] = &[
+    (
+        80_255,
+        "a cycle that was nearly a whole one late was moved into the past",
+    ),
+    (
+        80_307,
+        "set values that wait for a hold-back were judged by the delay of others",
+    ),
+    (
+        80_380,
+        "an axis beyond its newest frame was judged by a delay that no frame had stated",
+    ),
+    (
+        80_813,
+        "a delay that grew over 60 cycles left no frames between which to show an axis",
+    ),
+    (
+        80_951,
+        "other parameters began a blend that was taken for an error",
+    ),
+    (
+        81_289,
+        "frames that came fifty at a time brought a delay that is followed slowly",
+    ),
+];
+
 /// Seeds of every test run.
 // The soaks of `.ci/run` go on from the end of this range and of the next one, so that none runs twice.
 const FEW: Range<u64> = 0..100;
@@ -305,6 +333,9 @@ fn some_swarm_schedules() {
     }
     for (seed, _) in FOLLOWER_REGRESSIONS {
         run_all(SWARM_BEFORE_DEAD_TIMES, *seed..*seed + 1, "swarm-schedules");
+    }
+    for (seed, _) in LOCK_REGRESSIONS {
+        run_all(SWARM, *seed..*seed + 1, "swarm-schedules");
     }
 }
 
