@@ -106,7 +106,7 @@ impl HoldBack {
             return;
         }
         let most = self.whole(SlewedSpan::MOST_AT_ONCE).max(self.cycle);
-        self.by.lead_by(change.min(most).max(Span::ZERO - most));
+        self.by.lead_to(self.target, most);
     }
 
     /// Whole cycles of a time: set values that wait for whole cycles are shown with their own bits.

@@ -67,9 +67,7 @@ impl StatedDelay {
         if is_at_rest && (target - now).abs() > self.cycle {
             self.by.set(target);
         } else if !self.by.advance(passed) && now != target {
-            let most = SlewedSpan::MOST_AT_ONCE;
-            self.by
-                .lead_by((target - now).clamp(Span::ZERO - most, most));
+            self.by.lead_to(target, SlewedSpan::MOST_AT_ONCE);
         }
     }
 

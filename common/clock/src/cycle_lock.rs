@@ -71,14 +71,13 @@ pub struct FarPhase {
 const GAIN: f64 = 0.63;
 /// Greatest change of a period while the phase is right, s per s: two quartzes of 50 ppm each.
 const MOST: f64 = 100e-6;
-/// Greatest change while it is led there: half a cycle of a millisecond takes a second.
+/// Greatest change while it is led there: the greatest drift that is followed, and a share for the phase.
 const MOST_WHILE_LOCKING: f64 = 500e-6;
 /// Greatest drift that is followed: the rest of the greatest change is for the phase.
 const MOST_DRIFT: f64 = 400e-6;
 /// Drift up to which the smaller bound leaves a share for the phase.
 const USUAL_DRIFT: f64 = 80e-6;
-/// Greatest change of the period within a second, s per s: a follower of this node sees it as a change of the drift. Half a cycle of a millisecond needs 200 ppm/s by the
-/// gain.
+/// Greatest change of the period within a second, s per s: a follower of this node sees it as a change of the drift.
 const MOST_BEND: f64 = 200e-6;
 /// Bend with which it is led to the right phase: the rest is for a drift that changes.
 const BRAKE: f64 = 0.8 * MOST_BEND;
@@ -225,7 +224,7 @@ mod tests {
             }
         }
 
-        /// Runs this time; the far clock is fast by so many ppm, and known or not.
+        /// Runs for a time with a far clock that is fast by so many ppm, and is known or not.
         fn run(&mut self, seconds: f64, drift_ppm: f64, is_known: bool) {
             let cycles = (seconds / self.own.as_secs_f64()).round() as u64;
             for _ in 0..cycles {

@@ -68,6 +68,11 @@ impl SlewedSpan {
         *self = Self::new(now);
     }
 
+    /// Begins a change towards this duration, by no more than `most`.
+    pub fn lead_to(&mut self, target: Span, most: Span) {
+        self.lead_by((target - self.now).clamp(Span::ZERO - most, most));
+    }
+
     /// Begins a change by this time.
     pub fn lead_by(&mut self, change: Span) {
         self.course = Some(SlewedChange {

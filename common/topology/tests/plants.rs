@@ -461,7 +461,7 @@ proptest! {
     }
 }
 
-/// Of 20 ms, two cycles of the sender and one of the receiver, a quarter and a cycle.
+/// Time asked for by a way of 20 ms: two cycles of the sender and one of the receiver, a quarter and a cycle.
 const ASKED: f64 = 29.75;
 
 #[test]

@@ -226,7 +226,7 @@ impl Candidate {
         }
     }
 
-    /// Its cycle in relation to the own one in the newest cycle; none while its clock is not known.
+    /// Cycle of the node in relation to the own one, in the newest cycle; none while its clock is not known.
     pub(super) fn phase(&self) -> Option<FarPhase> {
         let (age, header) = (self.age?, self.news.header?);
         let observed = self.clock.observation()?;

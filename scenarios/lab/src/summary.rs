@@ -187,7 +187,7 @@ pub struct ReceiverSummary {
     pub frame_age_p1_us: Option<f64>,
     /// The median, µs.
     pub frame_age_p50_us: Option<f64>,
-    /// What 1 % of the cycles are above, µs.
+    /// Age that 1 % of the cycles exceed, µs.
     pub frame_age_p99_us: Option<f64>,
     /// The last minus the first of these, µs.
     pub frame_age_spread_us: Option<f64>,
