@@ -1,5 +1,7 @@
 //! Places of a scenario's nodes among its routers.
 
+use std::collections::BTreeSet;
+
 use coaxle_node::config::{Wrong, did_you_mean};
 use coaxle_node::faults::check_link;
 
@@ -39,6 +41,28 @@ impl ScenarioLayout {
             behind: behind(scenario, topology)?,
             connected: connected(scenario)?,
         })
+    }
+
+    /// Number of links on the way from one node to another, by their numbers: one where there are no routers. None between routers that are not
+    /// connected.
+    pub(crate) fn links_between(&self, from: usize, to: usize) -> Option<usize> {
+        let home = |node: usize| self.behind.get(node).copied();
+        let Some((from, to)) = home(from).zip(home(to)) else {
+            return Some(1);
+        };
+        let mut reached = BTreeSet::from([from]);
+        for hops in 0..MOST_ROUTERS {
+            if reached.contains(&to) {
+                // Beside the hops, the links from one node up to its router, and from the other router down to its node.
+                return Some(hops + 2);
+            }
+            let ends = self.connected.iter().flat_map(|&[a, b]| [(a, b), (b, a)]);
+            let next: Vec<usize> = ends
+                .filter_map(|(near, far)| reached.contains(&near).then_some(far))
+                .collect();
+            reached.extend(next);
+        }
+        None
     }
 }
 
@@ -153,6 +177,15 @@ mod tests {
         // Senders first; the router in the middle has no node of its own.
         assert_eq!(layout.behind, [1, 2, 1, 2]);
         assert_eq!(layout.connected, [[1, 0], [2, 0]]);
+        // Up to the hall, on to the middle, the other hall, and down.
+        assert_eq!(layout.links_between(0, 3), Some(4));
+        assert_eq!(layout.links_between(0, 2), Some(2));
+        assert_eq!(ScenarioLayout::default().links_between(0, 3), Some(1));
+        let apart = ScenarioLayout {
+            connected: vec![[1, 0]],
+            ..layout
+        };
+        assert_eq!(apart.links_between(0, 3), None);
     }
 
     #[test]

@@ -117,6 +117,16 @@ impl FrameHistory {
         }
     }
 
+    /// Replaces the delay of all frames: it is another one, not that of before slewed.
+    pub fn restate(&mut self, delay: Span) {
+        for frame in &mut self.frames {
+            frame.delay = delay;
+        }
+        if let Some(newest) = &mut self.newest {
+            newest.delay = delay;
+        }
+    }
+
     /// Returns the set values `behind` seconds before those of the newest frame; none if they lie before all frames, or
     /// after the newest.
     ///

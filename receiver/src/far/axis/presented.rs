@@ -7,7 +7,8 @@ use coaxle_remote::{FarCorrection, FrameHistory, ShownLater};
 
 use super::{Axis, AxisScan};
 
-/// A delay that changes by no more than a cycle is followed at this part of the time: a cascade slews its own as slowly.
+/// A delay that changes from frame to frame by no more than a cycle, and this part of the time between them, is slewed: a cascade
+/// and a delay that followers decide change as slowly. The axis follows it as slowly.
 /// Anything more is another delay, to which the axis is brought.
 const SLEW: f64 = 1e-3;
 
@@ -15,6 +16,8 @@ const SLEW: f64 = 1e-3;
 #[derive(Debug)]
 pub(super) struct Presented {
     frames: FrameHistory,
+    /// Count of the newest frame that was followed, and the delay that it states.
+    newest: Option<(u64, Span)>,
     /// Delay in force; zero where the newest values are moved to now.
     by: Span,
     /// Part of it by which the axis is evaluated later, in the far clock's time: the slaves are held back by the rest.
@@ -25,10 +28,24 @@ pub(super) struct Presented {
     pub(super) extrapolated: u64,
 }
 
+/// Circumstances of a cycle in which a delay is followed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PresentedNow {
+    /// Time since the cycle before.
+    passed: Span,
+    /// Age of the newest frame, if the clock is known.
+    age: Option<Seconds>,
+    /// Hold-back: the part of the delay that slaves wait for.
+    held: Seconds,
+    /// True if the cycle before showed values by a delay.
+    was_shown: bool,
+}
+
 impl Presented {
     pub(super) fn new(cycle: CycleTime) -> Self {
         Self {
             frames: FrameHistory::new(cycle.span()),
+            newest: None,
             by: Span::ZERO,
             lag: Seconds::ZERO,
             is_interpolated: false,
@@ -39,6 +56,7 @@ impl Presented {
     /// Forgets all frames: the next ones are unrelated to them.
     pub(super) fn clear(&mut self) {
         self.frames.clear();
+        self.newest = None;
     }
 
     /// Takes the set values of a frame, and the delay that it states.
@@ -46,26 +64,42 @@ impl Presented {
         self.frames.take(count, set, delay_of(stated));
     }
 
-    /// Adopts the delay of the newest frame, `passed` after the previous cycle; `held` of it is the hold-back.
-    pub(super) fn follow(&mut self, header: &FrameHeader, passed: Span, age: f64, held: Seconds) {
+    /// Follows the delay that the frames state.
+    pub(super) fn follow(&mut self, header: &FrameHeader, now: &PresentedNow) {
+        let cycle = header.cycle_time.span();
         let newest = delay_of(header.present_after);
-        let is_slewed =
-            self.by > Span::ZERO && (newest - self.by).abs() <= header.cycle_time.span();
-        // A delay that is slewed belongs to the frame that states it, which may be shown only long after.
-        let stated = match is_slewed && newest != self.by {
-            true => (self.frames.delay_at(self.lag.0 - age)).map_or(newest, Seconds::to_span),
-            false => newest,
-        };
-        let change = stated - self.by;
-        let most = Seconds(passed.as_secs_f64() * SLEW).to_span();
-        self.by = match is_slewed && change.abs() > most {
-            true if change > Span::ZERO => self.by + most,
-            true => self.by - most,
-            false => stated,
-        };
-        self.frames.prepare(self.by, header.cycle_time.span());
+        let is_another = self.is_another_delay(header.count, newest, cycle);
+        self.newest = Some((header.count, newest));
+        if is_another {
+            // Frames from before are shown by it, too.
+            self.frames.restate(newest);
+            self.by = newest;
+        } else if newest != self.by {
+            // A delay that is slewed belongs to the frame that states it, which may be shown only long after.
+            let age = now.age.filter(|_| self.by > Span::ZERO);
+            let stated = age.and_then(|Seconds(age)| self.frames.delay_at(self.lag.0 - age));
+            let stated = stated.map_or(newest, Seconds::to_span);
+            let most = match now.was_shown {
+                true => Seconds(now.passed.as_secs_f64() * SLEW).to_span(),
+                // Nothing has been shown by the delay of before: another mode was in force, or the clock was unknown.
+                false => Span::MAX,
+            };
+            self.by += (stated - self.by).clamp(Span::ZERO - most, most);
+        }
+        self.frames.prepare(self.by, cycle);
         // A hold-back beyond the delay would be a guess.
-        self.lag = Seconds((self.by.as_secs_f64() - held.0).max(0.0));
+        self.lag = Seconds((self.by.as_secs_f64() - now.held.0).max(0.0));
+    }
+
+    /// True if a delay is not the one of the frame before, nor slewed since.
+    fn is_another_delay(&self, count: u64, delay: Span, cycle: Span) -> bool {
+        let Some((count_before, before)) = self.newest.filter(|&(_, delay)| delay > Span::ZERO)
+        else {
+            return true;
+        };
+        let change = (delay - before).abs().as_secs_f64();
+        let between = count.saturating_sub(count_before) as f64 * cycle.as_secs_f64();
+        change > cycle.as_secs_f64() + between * SLEW || delay == Span::ZERO
     }
 
     /// The frames and their delay, if they are shown later.
@@ -142,10 +176,14 @@ impl Axis {
         let Some(presented) = &mut self.presented else {
             return;
         };
-        let passed = self.cycle_time * i64::from(scan.elapsed);
         let age = correction.time(correction.mode);
-        let Seconds(age_or_none) = age.unwrap_or(Seconds::ZERO);
-        presented.follow(header, passed, age_or_none, scan.held);
+        let now = PresentedNow {
+            passed: self.cycle_time * i64::from(scan.elapsed),
+            age,
+            held: scan.held,
+            was_shown: self.showed_later,
+        };
+        presented.follow(header, &now);
         let shows = presented.is_in_force() && age.is_some();
         if std::mem::replace(&mut self.showed_later, shows) != shows {
             self.begin_anew();
@@ -173,13 +211,22 @@ mod tests {
         }
     }
 
+    fn now(held: f64) -> PresentedNow {
+        PresentedNow {
+            passed: CYCLE,
+            age: Some(Seconds::ZERO),
+            held: Seconds(held),
+            was_shown: true,
+        }
+    }
+
     #[test]
     fn a_delay_is_adopted_at_once_and_small_changes_are_slewed() {
         let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
         assert!(presented.later().is_none());
         let mut follow = |micros| {
             let header = header(Span::from_micros(micros));
-            presented.follow(&header, CYCLE, 0.0, Seconds(100e-6));
+            presented.follow(&header, &now(100e-6));
             let lag = presented.by.as_secs_f64() - 100e-6;
             assert!((presented.lag.0 - lag.max(0.0)).abs() < 1e-12);
             presented.by.as_nanos()
@@ -187,7 +234,7 @@ mod tests {
         assert_eq!(follow(20_000), 20_000_000);
         // By a microsecond a millisecond, either way, and to the end.
         assert_eq!(follow(20_800), 20_001_000);
-        assert_eq!(follow(19_500), 20_000_000);
+        assert_eq!(follow(19_900), 20_000_000);
         assert_eq!(follow(20_001), 20_001_000);
         // Another delay, and none.
         assert_eq!(follow(30_000), 30_000_000);
@@ -195,12 +242,58 @@ mod tests {
         assert_eq!(follow(500), 500_000);
     }
 
+    /// Swarm 81667: back from another mode, an axis took 0.33 s to come to the delay of its master, and was that much off until then.
+    #[test]
+    fn what_was_not_shown_is_not_slewed() {
+        let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
+        presented.follow(&header(Span::from_micros(20_000)), &now(0.0));
+        let elsewhere = PresentedNow {
+            was_shown: false,
+            ..now(0.0)
+        };
+        presented.follow(&header(Span::from_micros(20_400)), &elsewhere);
+        assert_eq!(presented.by, Span::from_micros(20_400));
+    }
+
+    /// While a delay of seconds is slewed, the frames that are shown are more than a cycle behind what the newest states.
+    #[test]
+    fn a_long_delay_is_slewed_by_more_than_a_cycle() {
+        let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
+        let begin = Span::from_millis(3_000);
+        for count in 0..20_000 {
+            let slewed = Span::from_nanos(900 * i64::from(count).min(10_000));
+            let header = FrameHeader {
+                count: count.try_into().unwrap(),
+                ..header(begin + slewed)
+            };
+            let set = Kinematics::at_rest(0.0);
+            presented.take(header.count, &set, header.present_after);
+            let before = presented.by;
+            presented.follow(&header, &now(0.0));
+            let step = presented.by - before;
+            assert!(
+                count == 0 || step.abs() <= Span::from_micros(1),
+                "{count}: {step}"
+            );
+            if count == 8_000 {
+                // What the frames of 3 s ago stated.
+                let expected = begin + Span::from_micros(4_500);
+                assert!(
+                    (presented.by - expected).abs() < Span::from_micros(10),
+                    "{}",
+                    presented.by
+                );
+            }
+        }
+        assert_eq!(presented.by, begin + Span::from_millis(9));
+    }
+
     #[test]
     fn a_hold_back_beyond_the_delay_leaves_no_lag() {
         let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
         for (held, is_later) in [(0.0, true), (19e-3, true), (20e-3, false), (30e-3, false)] {
             let header = header(Span::from_millis(20));
-            presented.follow(&header, CYCLE, 0.0, Seconds(held));
+            presented.follow(&header, &now(held));
             assert_eq!(presented.later().is_some(), is_later, "{held}");
         }
     }

@@ -16,7 +16,8 @@ const WAITING: f64 = 2.0;
 /// A receiver can at best go on along the straight line that the clocks followed until the newest exchanges that it has measured, those of the
 /// time D ago. So the error is the second difference of the sender's true time x over the receiver's own:
 /// |x(t) − 2·x(t − D) + x(t − 2·D)|. After a change of the rate by Δ that is Δ·u for the first time D since it, u after the change, and
-/// nothing from 2·D on; with steady clocks it is zero.
+/// nothing from 2·D on; with steady clocks it is zero. Changes of a rate that wanders may cancel in it: the one of half the time counts, too. Swarm
+/// schedule 81060: a step of 4.9 ppm, behind which the rate has come back from another.
 #[derive(Debug)]
 pub(super) struct UnnoticedChange {
     /// The time D, s.
@@ -54,21 +55,23 @@ impl UnnoticedChange {
             self.forget();
         }
         self.marks.push_back((own, *truth));
+        let [whole, half] = [self.within, 0.5 * self.within]
+            .map(|within| self.beyond_the_line(truth, own, within).unwrap_or((0.0, 0)));
+        self.marks.drain(..whole.1);
+        whole.0.max(half.0)
+    }
+
+    /// Distance from the line that the clocks followed until the time `within` ago, µs, and the number of marks before that line; none if it is not
+    /// known that far back.
+    fn beyond_the_line(&self, truth: &Truth, own: f64, within: f64) -> Option<(f64, usize)> {
         let until = |limit: f64| self.marks.partition_point(|(at, _)| *at <= limit);
-        let Some((middle, then)) = until(own - self.within)
-            .checked_sub(1)
-            .map(|n| self.marks[n])
-        else {
-            return 0.0;
-        };
+        let (middle, then) = self.marks[until(own - within).checked_sub(1)?];
         // The newest one that is the time D older, so that both differ behind a receiver's pause, too.
-        let Some(oldest) = until(middle - self.within).checked_sub(1) else {
-            return 0.0;
-        };
-        self.marks.drain(..oldest);
-        let (first, before) = &self.marks[0];
+        let oldest = until(middle - within).checked_sub(1)?;
+        let (first, before) = &self.marks[oldest];
         let expected = then.seconds_since(before).0 * (own - middle) / (middle - first);
-        (truth.seconds_since(&then).0 - expected).abs() * 1e6
+        let error = (truth.seconds_since(&then).0 - expected).abs() * 1e6;
+        Some((error, oldest))
     }
 }
 
