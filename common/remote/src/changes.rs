@@ -30,7 +30,7 @@ macro_rules! changes {
             #[must_use]
             pub fn over(&self, whole: $whole) -> $whole {
                 // Every field is named, so that a parameter added to the block but not here does not compile.
-                $whole { $($field: self.$field.unwrap_or(whole.$field),)* }
+                $whole { $($field: self.$field.map_or(whole.$field, Into::into),)* }
             }
         }
     };

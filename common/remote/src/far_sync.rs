@@ -13,7 +13,10 @@ use super::parameters::{AxisSyncParameters, CheckedParameters, FilterMode, Start
 /// [`FarAxis`](super::FarAxis).
 #[derive(Clone, Debug)]
 pub struct FarSync {
+    task_cycle_time: Span,
     time_sync: TimeSync,
+    /// Own cycles of silence that a phase observer bridges; none where a limit is configured, for all modes.
+    bridged: Option<u32>,
     start_up_mode: StartUpMode,
     fall_back_mode: FallBackMode,
     delay_time_offset: Seconds,
@@ -177,7 +180,9 @@ impl FarSync {
         parameters: &AxisSyncParameters,
     ) -> Result<Self, WrongParameter> {
         Ok(Self {
+            task_cycle_time,
             time_sync: TimeSync::start(task_cycle_time, parameters.time_sync)?,
+            bridged: bridged(parameters, task_cycle_time),
             start_up_mode: parameters.start_up_mode,
             fall_back_mode: parameters.fall_back_mode,
             delay_time_offset: parameters.time_sync.delay_time_offset,
@@ -201,18 +206,18 @@ impl FarSync {
     pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
         let CheckedParameters { whole, time_sync } = parameters;
         self.time_sync.set_parameters(time_sync);
+        self.bridged = bridged(whole, self.task_cycle_time);
         self.start_up_mode = whole.start_up_mode;
         self.fall_back_mode = whole.fall_back_mode;
         self.delay_time_offset = whole.time_sync.delay_time_offset;
     }
 
-    /// Own cycles without new data after which they are too old; none if they are not monitored.
+    /// Own cycles without new data after which they are too old in a mode; none if they are not monitored.
     #[must_use]
-    pub fn age_limit(&self) -> Option<u32> {
-        match self.time_sync.parameters().age_of_data_limit {
-            0 => None,
-            cycles => Some(cycles.into()),
-        }
+    pub fn age_limit(&self, mode: FilterMode) -> Option<u32> {
+        let bridged = self.bridged.filter(|_| mode == FilterMode::Observer);
+        let watched = self.time_sync.parameters().age_of_data_limit;
+        bridged.or_else(|| Some(watched?.into()).filter(|&cycles| cycles > 0))
     }
 
     /// Runs one cycle. `index` is the current value of the input image; `elapsed` counts the own
@@ -233,7 +238,7 @@ impl FarSync {
         };
         FarCorrection {
             synced: time.state == TimeSyncState::Synced,
-            is_silent: self.is_silent(),
+            is_silent: self.is_silent(filter_mode),
             error,
             warning: time.warning,
             mode,
@@ -264,7 +269,7 @@ impl FarSync {
             // The time sync only bridges: after any loss it restarts.
             self.time_sync.restart(index);
         }
-        let silent = self.is_silent();
+        let silent = self.is_silent(FilterMode::Observer);
         FarCorrection {
             synced: clock.is_some(),
             is_silent: silent,
@@ -290,8 +295,8 @@ impl FarSync {
         }
     }
 
-    fn is_silent(&self) -> bool {
-        let limit = self.age_limit();
+    fn is_silent(&self, mode: FilterMode) -> bool {
+        let limit = self.age_limit(mode);
         // Older than the limit, not as old: TS5066, iAgeOfDataLimit, permits that number of cycles.
         limit.is_some_and(|limit| self.silence.cycles > limit)
     }
@@ -313,4 +318,9 @@ impl FarSync {
             (FilterMode::Auto, TimeSyncState::StartUp) => (self.start_up_mode.into(), FallBack),
         }
     }
+}
+
+fn bridged(parameters: &AxisSyncParameters, task_cycle_time: Span) -> Option<u32> {
+    let is_configured = parameters.time_sync.age_of_data_limit.is_some();
+    (!is_configured).then(|| parameters.bridged(task_cycle_time))
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use coaxle_clock::Span;
-use coaxle_clock::time_sync::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
+use coaxle_clock::time_sync::{AGE_LIMIT, CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
 use super::extrapolate::{ExtrapolateMode, ExtrapolateParameters, FallBackMode};
 
@@ -60,7 +60,33 @@ impl AxisSyncParameters {
             time_sync: self.time_sync.checked(task_cycle_time)?,
         })
     }
+
+    /// Returns the own cycles without new data after which they are too old, before it is raised for different cycle times; none if they are not monitored.
+    /// `task_cycle_time` is the receiver's.
+    #[must_use]
+    pub fn age_limit(&self, mode: FilterMode, task_cycle_time: Span) -> Option<u32> {
+        let cycles = match (self.time_sync.age_of_data_limit, mode) {
+            (Some(cycles), _) => cycles.into(),
+            (None, FilterMode::Observer) => self.bridged(task_cycle_time),
+            (None, _) => AGE_LIMIT.into(),
+        };
+        (cycles > 0).then_some(cycles)
+    }
+
+    /// Own cycles without new data that mode `observer` bridges by default.
+    pub(super) fn bridged(&self, task_cycle_time: Span) -> u32 {
+        let own = task_cycle_time.as_nanos().max(1);
+        let slower = own.max(self.time_sync.data_cycle_time.to_span().as_nanos());
+        let bridged = BRIDGED.as_nanos().max(BRIDGED_CYCLES * slower);
+        u32::try_from(bridged / own).unwrap_or(u32::MAX)
+    }
 }
+
+/// Silence that mode `observer` bridges by default: threads of a PC without real-time priority stand still for some tens of milliseconds now and then.
+/// A master that begins to accelerate by 5 m/s² is 25 mm elsewhere then, and its slaves keep their limits on the way back.
+const BRIDGED: Span = Span::from_millis(100);
+/// Least number of cycles of the slower node in that: the default of the manual.
+const BRIDGED_CYCLES: i64 = AGE_LIMIT as i64;
 
 /// `E_Sync_StartUpMode`, TS5066 chapter 3.9.
 #[doc(alias = "E_Sync_StartUpMode")]
@@ -145,3 +171,39 @@ impl fmt::Display for FilterMode {
 /// `E_Sync_FilterState`: method that calculated the set values. TS5066 chapter 3.8.
 #[doc(alias = "E_Sync_FilterState")]
 pub type FilterState = ExtrapolateMode;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::Seconds;
+
+    #[test]
+    fn an_observer_bridges_what_an_ordinary_pc_does() {
+        let parameters = |data: f64, limit| AxisSyncParameters {
+            time_sync: TimeSyncParameters {
+                data_cycle_time: Seconds(data),
+                age_of_data_limit: limit,
+                ..TimeSyncParameters::default()
+            },
+            ..AxisSyncParameters::default()
+        };
+        use FilterMode::{Auto, Observer};
+        for (own_us, data, limit, mode, expected) in [
+            (1_000, 0.0, None, Auto, Some(7)),
+            (1_000, 0.0, None, Observer, Some(100)),
+            (1_000, 0.001, None, Observer, Some(100)),
+            (250, 0.001, None, Observer, Some(400)),
+            // Seven cycles of the slower node.
+            (1_000, 0.05, None, Observer, Some(350)),
+            (50_000, 0.001, None, Observer, Some(7)),
+            // A configured one counts in each mode.
+            (1_000, 0.05, Some(20), Observer, Some(20)),
+            (1_000, 0.05, Some(20), Auto, Some(20)),
+            (1_000, 0.0, Some(0), Observer, None),
+        ] {
+            let own = Span::from_micros(own_us);
+            let limit = parameters(data, limit).age_limit(mode, own);
+            assert_eq!(limit, expected, "{own_us} µs, {data} s, {mode:?}");
+        }
+    }
+}

@@ -8,7 +8,7 @@ use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, PlannedPiece, Rejection};
-use coaxle_remote::{AxisSyncParameters, NeededDelay};
+use coaxle_remote::{AxisSyncParameters, FilterMode, NeededDelay};
 
 use super::beacons::Beacons;
 use super::clock::{Clock, ClockOutput, ClockSetup};
@@ -326,9 +326,14 @@ impl Candidate {
         })
     }
 
+    /// Largest age of its messages.
+    pub(super) fn age_limit(&self) -> Option<Span> {
+        age_limit(self.clock.parameters(), self.clock.mode(), self.cycle_time)
+    }
+
     /// Longest silence before its data are too old, with a margin.
     fn longest_silence(&self) -> Span {
-        let limit = age_limit(self.clock.parameters(), self.cycle_time);
+        let limit = self.age_limit();
         let longest = limit.map_or(PATIENCE * 5, |limit| limit * 3 / 4);
         // A configured patience may exceed three quarters of the age limit.
         longest.max(self.patience())
@@ -336,7 +341,7 @@ impl Candidate {
 
     /// Timeout of its silence.
     fn patience(&self) -> Span {
-        let limit = age_limit(self.clock.parameters(), self.cycle_time);
+        let limit = self.age_limit();
         // Half of the age limit leaves the other half for the take-over before slaves lose their master.
         let by_limit = || limit.map_or(PATIENCE, |limit| limit / 2);
         let wished = self.configured_patience.unwrap_or_else(by_limit);
@@ -439,10 +444,11 @@ impl Candidate {
 }
 
 /// Largest age of a message.
-pub(super) fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
-    match parameters.time_sync.age_of_data_limit {
-        // The manual's 0 switches the monitor off.
-        0 => None,
-        cycles => Some(cycle_time.span() * i64::from(cycles)),
-    }
+pub(super) fn age_limit(
+    parameters: &AxisSyncParameters,
+    mode: FilterMode,
+    cycle_time: CycleTime,
+) -> Option<Span> {
+    let cycles = parameters.age_limit(mode, cycle_time.span())?;
+    Some(cycle_time.span() * i64::from(cycles))
 }

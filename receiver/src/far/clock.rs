@@ -325,7 +325,9 @@ impl Clock {
     /// Own cycles after which data are too old; none if they are not monitored.
     pub(super) fn age_limit(&self) -> Option<u32> {
         match &self.state {
-            FarClockState::Running(running) if self.enabled => running.sync.age_limit(),
+            FarClockState::Running(running) if self.enabled => {
+                running.sync.age_limit(self.setup.mode)
+            }
             FarClockState::Running(_) | FarClockState::Waiting | FarClockState::Refused { .. } => {
                 None
             }

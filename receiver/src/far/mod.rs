@@ -100,7 +100,7 @@ impl FarNode {
         let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, config, axis);
         let candidate = |(place, number): (usize, &usize)| {
             let inbox = Inbox::new(
-                age_limit(&config.sync, cycle_time),
+                age_limit(&config.sync, config.mode, cycle_time),
                 frames(config),
                 config.axes.count(),
             );

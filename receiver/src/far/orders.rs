@@ -11,7 +11,6 @@ use coaxle_remote::{AxisSyncChanges, AxisSyncParameters, CheckedParameters, Filt
 
 use super::FarNode;
 use super::axis::Axis;
-use super::candidate::age_limit;
 use super::clock::Clock;
 use crate::signals::FarNodeSignals;
 
@@ -101,6 +100,7 @@ impl FarNode {
             FarChange::Mode(mode) => {
                 clocks.for_each(|clock| clock.set_mode(*mode));
                 self.axes.iter_mut().for_each(Axis::carry_on);
+                self.drop_old_messages();
             }
             FarChange::Parameters {
                 parameters,
@@ -110,16 +110,21 @@ impl FarNode {
                 for axis in &mut self.axes {
                     axis.set_parameters(checked);
                 }
-                let limit = age_limit(parameters, self.cycle_time);
-                for node in &mut self.candidates {
-                    node.inbox.set_age_limit(limit);
-                }
+                self.drop_old_messages();
                 self.orders.parameter_changes += 1;
             }
             FarChange::Delay(delay) => {
                 clocks.for_each(|clock| clock.set_delay(*delay));
                 self.orders.parameter_changes += 1;
             }
+        }
+    }
+
+    /// Has the inboxes drop messages that are too old by the parameters and the mode in force.
+    fn drop_old_messages(&mut self) {
+        for node in &mut self.candidates {
+            let limit = node.age_limit();
+            node.inbox.set_age_limit(limit);
         }
     }
 

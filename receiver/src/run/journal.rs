@@ -384,10 +384,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
 
 /// Limit that an ordinary PC keeps, in own cycles of a millisecond.
 // Without real-time priority its threads stand still for some tens of milliseconds now and then.
-const ORDINARY_LIMIT: u16 = 100;
+const ORDINARY_LIMIT: u32 = 100;
 
 /// Advice about a limit that is too low for an ordinary PC.
-fn advice(age_limit: u16) -> String {
+fn advice(age_limit: u32) -> String {
     match age_limit < ORDINARY_LIMIT {
         true => format!(" (on a PC without real-time priority {ORDINARY_LIMIT}, or more)"),
         false => String::new(),

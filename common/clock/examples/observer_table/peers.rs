@@ -65,7 +65,7 @@ impl Ts5066 {
             slope1_numerator,
             // The spikes of the cases are no faults.
             max_cycle_index_difference: 500.0,
-            age_of_data_limit: 500,
+            age_of_data_limit: Some(500),
             automatic_re_init: true,
             ..TimeSyncParameters::default()
         };

@@ -31,7 +31,7 @@ mod outcome;
 mod parameters;
 
 pub use outcome::{SyncError, SyncWarning, TimeSyncDiagnostic, TimeSyncOutput, TimeSyncState};
-pub use parameters::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
+pub use parameters::{AGE_LIMIT, CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
 use crate::cycle::CycleIndex;
 use crate::instant::{Seconds, Span};
@@ -325,7 +325,7 @@ impl TimeSync {
         if let Status::Failed(error) = self.status {
             return Some(error);
         }
-        let age_limit = u32::from(self.parameters.age_of_data_limit);
+        let age_limit = u32::from(self.parameters.age_limit());
         // Age before difference, as in a silence both grow and the cause is the age.
         if age_limit > 0 && self.diagnostic.consecutive_equal_data > age_limit {
             return Some(SyncError::MaxDataAgeExceeded);
@@ -339,7 +339,7 @@ impl TimeSync {
     /// it is the age.
     fn index_difference(&self, correction: f64) -> f64 {
         let age = self.diagnostic.consecutive_equal_data;
-        let ticks = if age > 0 && self.parameters.age_of_data_limit > 0 {
+        let ticks = if age > 0 && self.parameters.age_limit() > 0 {
             f64::from(age) * self.ticks.per_task_cycle as f64
         } else {
             correction.abs()

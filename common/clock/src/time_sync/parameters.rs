@@ -28,10 +28,11 @@ pub struct TimeSyncParameters {
     /// the data. Raised to `task cycle / data cycle + 2` where the sender is the faster one.
     #[doc(alias = "fMaxCycleIndexDifference")]
     pub max_cycle_index_difference: f64,
-    /// Most receiver cycles in a row without new data, at least 1; 0: not watched. Raised to the
-    /// ratio of the cycle times + 2 where they differ.
+    /// Most receiver cycles in a row without new data, at least 1; 0: not watched. 7 by default, in mode `observer` as many as 100 ms take, and 7 of
+    /// the sender's cycles. Raised to the ratio of the cycle times + 2 where they differ.
     #[doc(alias = "iAgeOfDataLimit")]
-    pub age_of_data_limit: u16,
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub age_of_data_limit: Option<u16>,
     /// The drift is the mean over this many periods between beats, 1 to 64.
     #[doc(alias = "iNoOfPeriodsForMeanDrift")]
     pub no_of_periods_for_mean_drift: u16,
@@ -67,13 +68,16 @@ pub struct TimeSyncParameters {
     pub sys_cmd: u32,
 }
 
+/// The manual's default of `iAgeOfDataLimit`.
+pub const AGE_LIMIT: u16 = 7;
+
 impl Default for TimeSyncParameters {
     fn default() -> Self {
         Self {
             data_cycle_time: Seconds::ZERO,
             threshold_for_sync: 0.05,
             max_cycle_index_difference: 7.0,
-            age_of_data_limit: 7,
+            age_of_data_limit: None,
             no_of_periods_for_mean_drift: 1,
             delay_time_offset: Seconds::ZERO,
             slope1_numerator: 0.95,
@@ -210,11 +214,20 @@ impl TimeSyncParameters {
         if ticks.per_task_cycle > 1 && self.max_cycle_index_difference > 0.0 {
             self.max_cycle_index_difference = self.max_cycle_index_difference.max(least as f64);
         }
-        if ratio > 1 && self.age_of_data_limit > 0 {
-            let least = u16::try_from(least).unwrap_or(u16::MAX);
-            self.age_of_data_limit = self.age_of_data_limit.max(least);
-        }
+        let limit = self.age_limit();
+        self.age_of_data_limit = Some(match ratio > 1 && limit > 0 {
+            true => limit.max(u16::try_from(least).unwrap_or(u16::MAX)),
+            false => limit,
+        });
         self
+    }
+
+    /// `iAgeOfDataLimit`, with the manual's default.
+    pub(super) const fn age_limit(&self) -> u16 {
+        match self.age_of_data_limit {
+            Some(limit) => limit,
+            None => AGE_LIMIT,
+        }
     }
 
     pub(super) const fn slopes(&self) -> Slopes {

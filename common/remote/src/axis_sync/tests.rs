@@ -308,7 +308,9 @@ fn by_a_clock_time_mode_bridges_until_it_is_sure_and_the_change_is_no_step() {
 
 #[test]
 fn by_a_clock_silence_falls_back_and_new_data_are_followed_again() {
-    let mut block = block(AxisSyncParameters::default());
+    let mut parameters = AxisSyncParameters::default();
+    parameters.time_sync.age_of_data_limit = Some(7);
+    let mut block = block(parameters);
     for cycle in 0..500 {
         let (index, axis) = far(cycle);
         let _ = block.update_by_clock(index, &axis, clock_of(cycle), 1);

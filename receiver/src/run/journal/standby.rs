@@ -1,7 +1,7 @@
 //! Log events of take-overs and standbys.
 
 use super::{Level, Note};
-use crate::config::ReceiverConfig;
+use crate::config::{FarConfig, ReceiverConfig};
 use crate::signals::FarNodeSignals;
 use crate::snapshot::ReceiverSnapshot;
 
@@ -13,7 +13,7 @@ pub(super) struct Heard {
     far: usize,
     pub(super) is_standby: bool,
     /// Own cycles without new data that the config permits: an order may have changed it, and cycle times raise it.
-    pub(super) age_limit: u16,
+    pub(super) age_limit: u32,
 }
 
 /// Every node received from, by its number.
@@ -24,9 +24,14 @@ pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
             name: heard.node.to_string(),
             far: heard.far,
             is_standby: heard.place > 0,
-            age_limit: config.far[heard.far].sync.time_sync.age_of_data_limit,
+            age_limit: age_limit(config, &config.far[heard.far]),
         })
         .collect()
+}
+
+fn age_limit(config: &ReceiverConfig, far: &FarConfig) -> u32 {
+    let limit = (far.sync).age_limit(far.mode, config.cycle_time_us.0.span());
+    limit.unwrap_or_default()
 }
 
 /// Log line on a take-over among a far node and its standbys, at the far node.

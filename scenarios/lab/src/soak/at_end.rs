@@ -178,7 +178,9 @@ const LONGEST_OF_JITTER: f64 = 20.0;
 /// difference of the cycle indices.
 fn tolerates(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) -> bool {
     let parameters = &far.sync.time_sync;
-    let age = f64::from(parameters.age_of_data_limit);
+    let own = receiver.cycle_time_us.0.span();
+    let age = far.sync.age_limit(far.mode, own);
+    let age = f64::from(age.unwrap_or_default());
     if far.mode != FilterMode::Observer {
         return age.min(parameters.max_cycle_index_difference) >= LEAST_TOLERANCE;
     }

@@ -19,9 +19,6 @@ limits = { velocity = 1000, acceleration = 1000, jerk = 10000 }
 steps = [{ enable = true }, { velocity = { value = 500 } }]
 "#;
 
-/// Silence of the master that is tolerated: a PC without real-time priority stands still for some milliseconds now and then.
-const TOLERANCE: &str = "sync.time-sync = { age-of-data-limit = 100, max-cycle-index-difference = 120, automatic-re-init = true }\n";
-
 const GEAR: &str = r#"[[slave]]
 name = "roll"
 unit = "mm"
@@ -102,7 +99,7 @@ pub(super) fn receiver_config(plan: &StartPlan) -> String {
     let transport = transport(plan, follow, FOLLOW_PORT, Some(lead));
     format!(
         "# {name} follows {master}. Start it with: coaxle receiver {name}.toml\nname = \"{name}\"\ncycle-time-us = {cycle_time_us}\n\
-         master = {{ node = \"{master}\", axis = 1, unit = \"mm\" }}\n{TOLERANCE}{none}\n{transport}\n{slaves}"
+         master = {{ node = \"{master}\", axis = 1, unit = \"mm\" }}\n{none}\n{transport}\n{slaves}"
     )
 }
 

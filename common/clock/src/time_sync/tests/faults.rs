@@ -59,7 +59,7 @@ fn of_two_limits_the_narrower_one_ends_a_silence() {
             let far = Far::drifting(drift);
             let mut sync = started(TimeSyncParameters {
                 max_cycle_index_difference,
-                age_of_data_limit,
+                age_of_data_limit: Some(age_of_data_limit),
                 ..defaults()
             });
             let (cycle, _) = cycle_of_sync(&mut sync, &far, 100_000).unwrap();
@@ -80,7 +80,7 @@ fn of_two_limits_the_narrower_one_ends_a_silence() {
 fn with_the_age_not_watched_the_index_difference_ends_an_outage() {
     let far = Far::drifting(-200.0);
     let mut sync = started(TimeSyncParameters {
-        age_of_data_limit: 0,
+        age_of_data_limit: Some(0),
         ..defaults()
     });
     let (cycle, _) = cycle_of_sync(&mut sync, &far, 100_000).unwrap();
@@ -94,7 +94,7 @@ fn with_the_age_not_watched_the_index_difference_ends_an_outage() {
 #[test]
 fn an_age_limit_of_zero_watches_nothing() {
     let mut sync = started(TimeSyncParameters {
-        age_of_data_limit: 0,
+        age_of_data_limit: Some(0),
         max_cycle_index_difference: 0.0,
         ..defaults()
     });

@@ -9,7 +9,7 @@ fn defaults_are_the_manuals() {
     assert_eq!(p.data_cycle_time, Seconds::ZERO);
     assert_eq!(p.threshold_for_sync, 0.05);
     assert_eq!(p.max_cycle_index_difference, 7.0);
-    assert_eq!(p.age_of_data_limit, 7);
+    assert_eq!(p.age_limit(), 7);
     assert_eq!(p.no_of_periods_for_mean_drift, 1);
     assert_eq!(p.delay_time_offset, Seconds::ZERO);
     assert_eq!((p.slope1_numerator, p.slope1_denominator), (0.95, 0.5));
@@ -41,7 +41,7 @@ fn limits_in_cycles_rise_with_the_ratio() {
     )
     .unwrap();
     assert_eq!(sync.parameters().max_cycle_index_difference, 12.0);
-    assert_eq!(sync.parameters().age_of_data_limit, 12);
+    assert_eq!(sync.parameters().age_of_data_limit, Some(12));
 }
 
 #[test]
