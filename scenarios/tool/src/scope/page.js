@@ -19,6 +19,8 @@ const state = {
   // `node:signal`, in the order they were chosen.
   chosen: [],
   span: 5,
+  // `time`, `against` the first signal, or `spectrum`.
+  kind: 'time',
   // The time at the right edge; undefined follows what comes.
   right: undefined,
   zero: undefined,
@@ -304,10 +306,23 @@ function paint() {
   for (const pane of panes) {
     const curves = pane.keys.map((key) => curve(key)).filter(Boolean);
     if (!curves.length) continue;
-    pane.shown = draw(pane.canvas, curves, shown, state.cursors, state.ranges.get(pane.unit), pane.unit);
+    pane.shown = paintPane(pane, curves, shown);
   }
   document.body.dataset.frames = (Number(document.body.dataset.frames) || 0) + 1;
 }
+
+// States are shown over time in any case.
+function paintPane({ canvas, unit }, curves, shown) {
+  const kind = curves.every(({ words }) => words) ? 'time' : state.kind;
+  const range = state.ranges.get(rangeKey(unit));
+  if (kind === 'spectrum') return drawSpectrum(canvas, curves, shown, range, unit);
+  const first = state.chosen.find((key) => curve(key) && !signalOf(key).is_word);
+  if (kind === 'against') return drawAgainst(canvas, curves, { ...curve(first), unit: signalOf(first).unit }, shown, range, unit);
+  return draw(canvas, curves, shown, state.cursors, range, unit);
+}
+
+// Amplitudes have another range than values.
+const rangeKey = (unit) => (state.kind === 'spectrum' ? `spectrum ${unit}` : unit);
 
 function curve(key) {
   const [node, name] = split(key);
@@ -315,6 +330,11 @@ function curve(key) {
   if (!source?.rows?.columns.has(name)) return undefined;
   const words = signalOf(key).is_word ? source.words.get(name) ?? [] : undefined;
   return { rows: source.rows, name, colour: colour(key), words };
+}
+
+function shownAsCsv() {
+  const curves = state.chosen.filter((key) => curve(key)).map((key) => ({ key, ...curve(key) }));
+  return csvOf(curves, view());
 }
 
 // --- Figures of the window, and between cursors
@@ -391,7 +411,7 @@ function handle(pane) {
     showPause();
   });
   canvas.addEventListener('pointerup', (event) => {
-    if (drag && !drag.moved) state.cursors[drag.cursor] = timeAt(event);
+    if (drag && !drag.moved && state.kind === 'time') state.cursors[drag.cursor] = timeAt(event);
     drag = undefined;
     state.isDirty = true;
     showFigures();
@@ -403,7 +423,7 @@ function handle(pane) {
     else zoomTime(timeAt(event), factor);
   }, { passive: false });
   canvas.addEventListener('dblclick', () => {
-    state.ranges.delete(pane.unit);
+    state.ranges.delete(rangeKey(pane.unit));
     state.isDirty = true;
   });
 }
@@ -422,7 +442,7 @@ function zoomValues(pane, event, factor) {
   const place = area(pane.canvas);
   const [low, high] = pane.shown;
   const around = high - ((event.offsetY - place.top) / place.height) * (high - low);
-  state.ranges.set(pane.unit, zoomed(pane.shown, around, factor));
+  state.ranges.set(rangeKey(pane.unit), zoomed(pane.shown, around, factor));
   state.isDirty = true;
 }
 
@@ -595,6 +615,7 @@ function buttons(node, addressee, all, stamp, isAlive) {
 
 function remember() {
   const hash = new URLSearchParams({ signals: state.chosen.join(','), span: $('span').value });
+  if (state.kind !== 'time') hash.set('kind', state.kind);
   const tab = TABS.find((name) => !$(name).hidden);
   if (tab !== 'scope') hash.set('tab', tab);
   history.replaceState(null, '', `#${hash}`);
@@ -605,6 +626,8 @@ function recall() {
   state.chosen = (hash.get('signals') ?? '').split(',').filter(Boolean);
   const span = Number(hash.get('span'));
   if (span > 0) state.span = $('span').value = Math.min(120, span);
+  $('kind').value = hash.get('kind') ?? 'time';
+  state.kind = $('kind').value ||= 'time';
   show(hash.get('tab'));
 }
 
@@ -633,6 +656,13 @@ function showPlant() {
 function listenToTools() {
   for (const name of TABS) $(`tab-${name}`).addEventListener('click', () => { show(name); remember(); });
   $('filter').addEventListener('input', showChannels);
+  $('kind').addEventListener('change', () => {
+    state.kind = $('kind').value;
+    remember();
+    state.isDirty = true;
+  });
+  $('save-rows').addEventListener('click', () => saveText('scope.csv', shownAsCsv()));
+  $('save-picture').addEventListener('click', () => panes.length && save('scope.png', pictureOf(panes, colour)));
   $('pause').addEventListener('click', () => pause(state.right === undefined));
   $('span').addEventListener('change', () => {
     const span = Number($('span').value);

@@ -43,6 +43,8 @@ impl Routes for ScopePage {
             (Verb::Get, ["axes.js"]) => file(JAVASCRIPT, AXES_JS),
             (Verb::Get, ["pyramid.js"]) => file(JAVASCRIPT, include_str!("pyramid.js")),
             (Verb::Get, ["plot.js"]) => file(JAVASCRIPT, include_str!("plot.js")),
+            (Verb::Get, ["kinds.js"]) => file(JAVASCRIPT, include_str!("kinds.js")),
+            (Verb::Get, ["save.js"]) => file(JAVASCRIPT, include_str!("save.js")),
             (Verb::Get, ["nodes"]) => nodes(self),
             (Verb::Get, ["signals", node]) => signals(self, node).await,
             (Verb::Get, ["rows", node]) => rows(self, node, request.field("signals").as_deref()),

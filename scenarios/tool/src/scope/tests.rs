@@ -192,6 +192,8 @@ fn the_page_its_nodes_their_signals_rows_and_metrics_are_given_out() {
         "/axes.js",
         "/pyramid.js",
         "/plot.js",
+        "/kinds.js",
+        "/save.js",
         "/base.css",
         "/page.css",
     ] {

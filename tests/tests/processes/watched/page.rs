@@ -108,6 +108,63 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
     assert!(rate("").abs() < 10.0 && rate(" - 0.003").abs() > 10.0);
     assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
     keep(&browser, "scope.png");
+    check_saved(&browser);
+    check_kinds(&browser);
+}
+
+/// A slope with a sine of 20 Hz and an amplitude of 0.25: the greatest amplitude of its spectrum, and the frequency of that.
+const PEAK: &str = "
+const rows = new Rows(['sine'], 4096);
+const times = Float64Array.from({ length: 1024 }, (_, n) => 1e9 + n / 512);
+rows.push(times, [times.map((time, n) => 3 * n + 0.25 * Math.sin(2 * Math.PI * 20 * time))]);
+const { step, amplitudes } = spectrumOf(rows, 'sine', 0, Infinity);
+const most = amplitudes.reduce((a, b) => Math.max(a, b), 0);
+return [amplitudes.indexOf(most) * step, most]";
+
+/// Checks plots over the first signal, and of frequencies.
+fn check_kinds(browser: &Browser) {
+    let peak = browser.run(PEAK);
+    let [frequency, amplitude] = [0, 1].map(|n| peak[n].as_f64().unwrap_or_default());
+    assert!(
+        (frequency - 20.0).abs() < 1e-3 && (amplitude - 0.25).abs() < 1e-4,
+        "{peak}"
+    );
+    for kind in ["against", "spectrum"] {
+        browser.run(&format!(
+            "$('kind').value = '{kind}'; $('kind').dispatchEvent(new Event('change')); \
+             document.body.dataset.frames = 0"
+        ));
+        until("it is drawn", || {
+            browser.run("return Number(document.body.dataset.frames) > 0") == true
+        });
+        let is_drawn = "return panes.every(({ shown }) => shown.every(Number.isFinite)) && location.hash.includes('kind=')";
+        assert_eq!(browser.run(is_drawn), true, "{kind}");
+        keep(browser, &format!("scope-{kind}.png"));
+    }
+}
+
+/// Checks the files that the buttons of the page save: each cycle of the window with its signals, and the plots.
+fn check_saved(browser: &Browser) {
+    let text = |script: &str| browser.run(script).as_str().unwrap_or_default().to_owned();
+    let csv = text("return shownAsCsv()");
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "time_s,utc,saw:belt.3.received_position',saw:belt.3.corrected_position',saw:gear.state,saw:belt.drift_ppm"
+        )
+    );
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    // 0.4 s of a cycle of 2 ms.
+    assert!((199..=201).contains(&rows.len()), "{} rows", rows.len());
+    let times: Vec<f64> = rows.iter().map(|row| row[0].parse().expect("s")).collect();
+    assert!(times.is_sorted() && rows.iter().all(|row| row.len() == 6));
+    assert!(
+        rows.iter()
+            .all(|row| row[1].ends_with('Z') && row[4] == "synchronized-motion")
+    );
+    let picture = text("return pictureOf(panes, colour)");
+    assert!(picture.starts_with("data:image/png;base64,") && picture.len() > 10_000);
 }
 
 /// Compares the two summaries of a hundred signals at 1 kHz: by blocks, and row by row.
