@@ -4,6 +4,7 @@ mod bench;
 mod cam;
 mod cams_live;
 mod command;
+mod documented;
 mod inspect;
 mod mistakes;
 mod saw;
