@@ -93,13 +93,17 @@ impl Presented {
 
     /// True if a delay is not the one of the frame before, nor slewed since.
     fn is_another_delay(&self, count: u64, delay: Span, cycle: Span) -> bool {
-        let Some((count_before, before)) = self.newest.filter(|&(_, delay)| delay > Span::ZERO)
-        else {
+        let Some((count_before, before)) = self.newest else {
             return true;
         };
+        // Mostly it is constant.
+        if delay == before {
+            return false;
+        }
         let change = (delay - before).abs().as_secs_f64();
         let between = count.saturating_sub(count_before) as f64 * cycle.as_secs_f64();
-        change > cycle.as_secs_f64() + between * SLEW || delay == Span::ZERO
+        let is_none = before == Span::ZERO || delay == Span::ZERO;
+        is_none || change > cycle.as_secs_f64() + between * SLEW
     }
 
     /// The frames and their delay, if they are shown later.
