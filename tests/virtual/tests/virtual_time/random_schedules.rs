@@ -298,6 +298,20 @@ const LOCK_REGRESSIONS: &[(u64, &str)] = &[
         81_289,
         "frames that came fifty at a time brought a delay that is followed slowly",
     ),
+    (
+        81_060,
+        "a rate that wanders was judged by changes that cancel",
+    ),
+    (
+        81_098,
+        "a block of TS5066 was to be in sync behind two links, of one of which alone the jitter was counted",
+    ),
+    (81_281, "as 81 667"),
+    (
+        81_667,
+        "back from another mode, an axis was shown by the delay of before, and came to the one in force at 0.1 % of the time",
+    ),
+    (81_751, "as 81 098, of three links"),
 ];
 
 /// Seeds of every test run.
