@@ -114,7 +114,7 @@ fn each_change_is_told_once() {
             (
                 Level::Error,
                 "error 0x4b52: no new data for too long: 1001 own cycles, more than sync.time-sync.age-of-data-limit permits, \
-                 in the config 7 (on a PC without real-time priority 100, or more); set values in pt1 mode"
+                 in the config 100; set values in pt1 mode"
             ),
             (
                 Level::Warning,
