@@ -5,18 +5,17 @@
 const MOST_IN_SPECTRUM = 2 ** 16;
 const LEAST_IN_SPECTRUM = 16;
 
-// Amplitudes of the frequencies in a signal between two times, without its mean and slope, each `step` Hz further; none where rows are missing, or too few.
+// Amplitudes of the frequencies in a signal between two times, without its mean and slope, each `step` Hz further; none where many rows are missing at once, or there are too few.
 // Behind a Hann window: a sine between two of the frequencies is up to 15 % too small.
 function spectrumOf(rows, name, from, to) {
   const end = rows.find(to);
   const count = end - rows.find(from);
   if (count < LEAST_IN_SPECTRUM) return undefined;
   const size = Math.min(MOST_IN_SPECTRUM, 2 ** Math.floor(Math.log2(count)));
-  const times = rows.times.subarray(end - size, end);
-  const apart = (times[size - 1] - times[0]) / (size - 1);
-  const real = levelled(rows.columns.get(name).subarray(end - size, end));
-  // Uneven rows would show frequencies that are not there.
-  if (!real || times.some((time, n) => n > 0 && time - times[n - 1] > 1.5 * apart)) return undefined;
+  const even = evenly(rows.times.subarray(end - size, end), rows.columns.get(name).subarray(end - size, end));
+  const real = even && levelled(even.values);
+  if (!real) return undefined;
+  const { apart } = even;
   const imaginary = new Float64Array(size);
   // The window leaves half of an amplitude, which is in two frequencies, one of them negative.
   for (let n = 0; n < size; n++) real[n] *= 1 - Math.cos((2 * Math.PI * n) / size);
@@ -24,6 +23,22 @@ function spectrumOf(rows, name, from, to) {
   const amplitudes = new Float64Array(size / 2);
   for (let n = 1; n < amplitudes.length; n++) amplitudes[n] = (2 * Math.hypot(real[n], imaginary[n])) / size;
   return { step: 1 / (size * apart), amplitudes };
+}
+
+// Values at even times, as cycles that a busy machine skips are not there; none where much is missing at once.
+function evenly(times, values) {
+  const size = times.length;
+  const whole = times[size - 1] - times[0];
+  const apart = whole / (size - 1);
+  if (times.some((time, n) => n > 0 && time - times[n - 1] > whole / LEAST_IN_SPECTRUM)) return undefined;
+  let row = 1;
+  const even = Float64Array.from({ length: size }, (_, n) => {
+    const time = times[0] + n * apart;
+    while (row < size - 1 && times[row] < time) row++;
+    const share = (time - times[row - 1]) / (times[row] - times[row - 1]);
+    return values[row - 1] + share * (values[row] - values[row - 1]);
+  });
+  return { apart, values: even };
 }
 
 // Values without their straight line of least squares; none where one of them is not known.
@@ -79,7 +94,7 @@ function drawSpectrum(canvas, curves, view, range, unit) {
     const { amplitudes, step } = spectrum;
     line(frame, colour, amplitudes.length, (n) => [n * step, amplitudes[n]]);
   }
-  if (!shown.length) frame.pen.fillText('too few rows, or some are missing', frame.place.left + 8, frame.place.top + 14);
+  if (!shown.length) frame.pen.fillText('too few rows, or many are missing', frame.place.left + 8, frame.place.top + 14);
   return end(frame);
 }
 
