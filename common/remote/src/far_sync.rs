@@ -15,8 +15,10 @@ use super::parameters::{AxisSyncParameters, CheckedParameters, FilterMode, Start
 pub struct FarSync {
     task_cycle_time: Span,
     time_sync: TimeSync,
-    /// Own cycles of silence that a phase observer bridges; none where a limit is configured, for all modes.
-    bridged: Option<u32>,
+    /// Limits of the modes of TS5066 …
+    watched: MonitorLimits,
+    /// … and of a phase observer.
+    bridged: MonitorLimits,
     start_up_mode: StartUpMode,
     fall_back_mode: FallBackMode,
     delay_time_offset: Seconds,
@@ -55,6 +57,47 @@ pub(super) enum OnPositionError {
     KeepMode,
     /// Ends with its cause.
     Forget,
+}
+
+/// Limits of the time sync in a mode; 0: not watched.
+#[derive(Clone, Copy, Debug)]
+struct MonitorLimits {
+    /// Own cycles without new data.
+    age: u16,
+    /// Difference of the cycle indices, data cycles.
+    index_difference: f64,
+}
+
+impl MonitorLimits {
+    /// Limits of the modes of TS5066: those in force at a time sync that has just been given its parameters.
+    fn watched(time_sync: &TimeSync) -> Self {
+        let parameters = time_sync.parameters();
+        Self {
+            age: parameters.age_of_data_limit.unwrap_or_default(),
+            index_difference: parameters.max_cycle_index_difference,
+        }
+    }
+
+    /// Limits of an observer: it bridges a silence by its clock, and so must time mode, which stands in until that is known.
+    fn bridged(self, parameters: &AxisSyncParameters, task_cycle_time: Span) -> Self {
+        let bridged = parameters.bridged(task_cycle_time);
+        let age = match parameters.time_sync.age_of_data_limit {
+            Some(_) => self.age,
+            None => bridged,
+        };
+        // Behind a silence that is not watched the difference would be all that is left.
+        let tolerated = if age > 0 { age } else { bridged };
+        let data_cycle_time = parameters.data_cycle_time(task_cycle_time);
+        let ratio = task_cycle_time.as_secs_f64() / data_cycle_time.as_secs_f64();
+        let index_difference = match self.index_difference > 0.0 {
+            true => self.index_difference.max(f64::from(tolerated) * ratio),
+            false => 0.0,
+        };
+        Self {
+            age,
+            index_difference,
+        }
+    }
 }
 
 /// Time for which the index has not changed.
@@ -179,10 +222,13 @@ impl FarSync {
         task_cycle_time: Span,
         parameters: &AxisSyncParameters,
     ) -> Result<Self, WrongParameter> {
+        let time_sync = TimeSync::start(task_cycle_time, parameters.time_sync)?;
+        let watched = MonitorLimits::watched(&time_sync);
         Ok(Self {
             task_cycle_time,
-            time_sync: TimeSync::start(task_cycle_time, parameters.time_sync)?,
-            bridged: bridged(parameters, task_cycle_time),
+            watched,
+            bridged: watched.bridged(parameters, task_cycle_time),
+            time_sync,
             start_up_mode: parameters.start_up_mode,
             fall_back_mode: parameters.fall_back_mode,
             delay_time_offset: parameters.time_sync.delay_time_offset,
@@ -206,7 +252,8 @@ impl FarSync {
     pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
         let CheckedParameters { whole, time_sync } = parameters;
         self.time_sync.set_parameters(time_sync);
-        self.bridged = bridged(whole, self.task_cycle_time);
+        self.watched = MonitorLimits::watched(&self.time_sync);
+        self.bridged = self.watched.bridged(whole, self.task_cycle_time);
         self.start_up_mode = whole.start_up_mode;
         self.fall_back_mode = whole.fall_back_mode;
         self.delay_time_offset = whole.time_sync.delay_time_offset;
@@ -215,9 +262,11 @@ impl FarSync {
     /// Own cycles without new data after which they are too old in a mode; none if they are not monitored.
     #[must_use]
     pub fn age_limit(&self, mode: FilterMode) -> Option<u32> {
-        let bridged = self.bridged.filter(|_| mode == FilterMode::Observer);
-        let watched = self.time_sync.parameters().age_of_data_limit;
-        bridged.or_else(|| Some(watched?.into()).filter(|&cycles| cycles > 0))
+        let MonitorLimits { age, .. } = match mode {
+            FilterMode::Observer => self.bridged,
+            _ => self.watched,
+        };
+        (age > 0).then_some(age.into())
     }
 
     /// Runs one cycle. `index` is the current value of the input image; `elapsed` counts the own
@@ -230,7 +279,7 @@ impl FarSync {
     ) -> FarCorrection {
         // Counted here too: the time sync restarts in observer mode, and its own age with it.
         self.silence.count(index, elapsed);
-        let time = self.time_sync.update(index, elapsed);
+        let time = self.update_within(self.watched, index, elapsed);
         let (mode, on_position_error) = self.mode(filter_mode, &time);
         let error = match time.state {
             TimeSyncState::Failed(error) => Some(error),
@@ -264,7 +313,7 @@ impl FarSync {
     ) -> FarCorrection {
         self.silence.count(index, elapsed);
         // Runs in observer mode as well, so that time mode can bridge at any moment.
-        let time = self.time_sync.update(index, elapsed);
+        let time = self.update_within(self.bridged, index, elapsed);
         if let TimeSyncState::Failed(_) = time.state {
             // The time sync only bridges: after any loss it restarts.
             self.time_sync.restart(index);
@@ -295,6 +344,17 @@ impl FarSync {
         }
     }
 
+    fn update_within(
+        &mut self,
+        limits: MonitorLimits,
+        index: CycleIndex,
+        elapsed: u32,
+    ) -> TimeSyncOutput {
+        self.time_sync
+            .set_limits(limits.age, limits.index_difference);
+        self.time_sync.update(index, elapsed)
+    }
+
     fn is_silent(&self, mode: FilterMode) -> bool {
         let limit = self.age_limit(mode);
         // Older than the limit, not as old: TS5066, iAgeOfDataLimit, permits that number of cycles.
@@ -318,9 +378,4 @@ impl FarSync {
             (FilterMode::Auto, TimeSyncState::StartUp) => (self.start_up_mode.into(), FallBack),
         }
     }
-}
-
-fn bridged(parameters: &AxisSyncParameters, task_cycle_time: Span) -> Option<u32> {
-    let is_configured = parameters.time_sync.age_of_data_limit.is_some();
-    (!is_configured).then(|| parameters.bridged(task_cycle_time))
 }

@@ -66,19 +66,27 @@ impl AxisSyncParameters {
     #[must_use]
     pub fn age_limit(&self, mode: FilterMode, task_cycle_time: Span) -> Option<u32> {
         let cycles = match (self.time_sync.age_of_data_limit, mode) {
-            (Some(cycles), _) => cycles.into(),
+            (Some(cycles), _) => cycles,
             (None, FilterMode::Observer) => self.bridged(task_cycle_time),
-            (None, _) => AGE_LIMIT.into(),
+            (None, _) => AGE_LIMIT,
         };
-        (cycles > 0).then_some(cycles)
+        (cycles > 0).then_some(cycles.into())
     }
 
     /// Own cycles without new data that mode `observer` bridges by default.
-    pub(super) fn bridged(&self, task_cycle_time: Span) -> u32 {
+    pub(super) fn bridged(&self, task_cycle_time: Span) -> u16 {
         let own = task_cycle_time.as_nanos().max(1);
-        let slower = own.max(self.time_sync.data_cycle_time.to_span().as_nanos());
+        let slower = own.max(self.data_cycle_time(task_cycle_time).as_nanos());
         let bridged = BRIDGED.as_nanos().max(BRIDGED_CYCLES * slower);
-        u32::try_from(bridged / own).unwrap_or(u32::MAX)
+        u16::try_from(bridged / own).unwrap_or(u16::MAX)
+    }
+
+    /// Cycle time of the sender: that of the receiver, if it is not configured.
+    pub(super) fn data_cycle_time(&self, task_cycle_time: Span) -> Span {
+        match self.time_sync.data_cycle_time.to_span() {
+            Span::ZERO => task_cycle_time,
+            data => data,
+        }
     }
 }
 

@@ -170,6 +170,13 @@ impl TimeSync {
         }
     }
 
+    /// Changes the limits of both monitors while running: own cycles without new data, and the difference of the indices; 0: not watched. They hold from
+    /// the next cycle on, as they are.
+    pub const fn set_limits(&mut self, age_of_data: u16, cycle_index_difference: f64) {
+        self.parameters.age_of_data_limit = Some(age_of_data);
+        self.parameters.max_cycle_index_difference = cycle_index_difference;
+    }
+
     /// Parameters in force, with the limits raised as the ratio of the cycle times requires.
     #[must_use]
     pub const fn parameters(&self) -> &TimeSyncParameters {

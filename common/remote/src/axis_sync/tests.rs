@@ -306,6 +306,33 @@ fn by_a_clock_time_mode_bridges_until_it_is_sure_and_the_change_is_no_step() {
     }
 }
 
+/// Until an observer is sure of the clock, time mode stood for the length of the silence, and then jumped.
+#[test]
+fn by_a_clock_time_mode_bridges_a_silence_as_the_observer_does() {
+    for limit in [None, Some(100), Some(0)] {
+        let mut parameters = AxisSyncParameters::default();
+        parameters.time_sync.age_of_data_limit = limit;
+        let mut block = block(parameters);
+        let mut previous: Option<f64> = None;
+        for cycle in 0..3_000 {
+            let heard = match cycle {
+                1_000..1_060 => 999,
+                2_000..2_095 => 1_999,
+                _ => cycle,
+            };
+            let (index, axis) = far(heard);
+            let out = block.update_by_clock(index, &axis, None, 1);
+            assert_eq!((out.state, out.error), (FilterState::Time, None), "{cycle}");
+            if let Some(previous) = previous {
+                let velocity = (out.axis.set_position - previous) / 1e-3;
+                let ripple = velocity / VELOCITY - 1.0;
+                assert!(ripple.abs() < 1.0 / 59.0, "{limit:?}, {cycle}: {ripple}");
+            }
+            previous = Some(out.axis.set_position);
+        }
+    }
+}
+
 #[test]
 fn by_a_clock_silence_falls_back_and_new_data_are_followed_again() {
     let mut parameters = AxisSyncParameters::default();

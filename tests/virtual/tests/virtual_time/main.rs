@@ -12,5 +12,6 @@ mod hot_standby;
 mod random_schedules;
 mod rotary_knife;
 mod same_stream;
+mod start_up;
 mod topology;
 mod zero_lag;
