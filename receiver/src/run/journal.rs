@@ -367,11 +367,15 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
         ),
         (health, _) => match Fault::of_far(now, n) {
             Some(fault) if health == Health::Error(SyncError::MaxDataAgeExceeded) => {
-                let Heard { age_limit, .. } = heard;
+                let Heard {
+                    age_limit,
+                    ordinary_limit,
+                    ..
+                } = heard;
                 let text = format!(
                     "error {fault}: {} own cycles, more than sync.time-sync.age-of-data-limit permits, in the config {age_limit}{}; {}",
                     signals.age_cycles,
-                    advice(*age_limit),
+                    advice(*age_limit, *ordinary_limit),
                     effect(now, n)
                 );
                 Note::new(Level::Error, text)
@@ -382,14 +386,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
     }
 }
 
-/// Limit that an ordinary PC keeps, in own cycles of a millisecond.
-// Without real-time priority its threads stand still for some tens of milliseconds now and then.
-const ORDINARY_LIMIT: u32 = 100;
-
 /// Advice about a limit that is too low for an ordinary PC.
-fn advice(age_limit: u32) -> String {
-    match age_limit < ORDINARY_LIMIT {
-        true => format!(" (on a PC without real-time priority {ORDINARY_LIMIT}, or more)"),
+fn advice(age_limit: u32, ordinary: u32) -> String {
+    match age_limit < ordinary {
+        true => format!(" (on a PC without real-time priority {ordinary}, or more)"),
         false => String::new(),
     }
 }

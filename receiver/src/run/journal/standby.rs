@@ -1,7 +1,9 @@
 //! Log events of take-overs and standbys.
 
+use coaxle_remote::{AxisSyncParameters, FilterMode};
+
 use super::{Level, Note};
-use crate::config::{FarConfig, ReceiverConfig};
+use crate::config::ReceiverConfig;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::ReceiverSnapshot;
 
@@ -14,24 +16,27 @@ pub(super) struct Heard {
     pub(super) is_standby: bool,
     /// Own cycles without new data that the config permits: an order may have changed it, and cycle times raise it.
     pub(super) age_limit: u32,
+    /// Those that an ordinary PC needs.
+    pub(super) ordinary_limit: u32,
 }
 
 /// Every node received from, by its number.
 pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
+    let cycle_time = config.cycle_time_us.0.span();
+    let limit = |parameters: &AxisSyncParameters, mode| {
+        parameters.age_limit(mode, cycle_time).unwrap_or_default()
+    };
     let heard = config.received_nodes().into_iter();
     heard
         .map(|heard| Heard {
             name: heard.node.to_string(),
             far: heard.far,
             is_standby: heard.place > 0,
-            age_limit: age_limit(config, &config.far[heard.far]),
+            age_limit: limit(&config.far[heard.far].sync, config.far[heard.far].mode),
+            // What the observer bridges by default, for that very reason.
+            ordinary_limit: limit(&AxisSyncParameters::default(), FilterMode::Observer),
         })
         .collect()
-}
-
-fn age_limit(config: &ReceiverConfig, far: &FarConfig) -> u32 {
-    let limit = (far.sync).age_limit(far.mode, config.cycle_time_us.0.span());
-    limit.unwrap_or_default()
 }
 
 /// Log line on a take-over among a far node and its standbys, at the far node.

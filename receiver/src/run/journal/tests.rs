@@ -9,7 +9,7 @@ use crate::program::{BlockedProgram, Outcome, Trouble, WaitsFor};
 fn config() -> ReceiverConfig {
     parse(
         "r",
-        "name = 'saw'\ncycle-time-us = 1000\nmaster.node = 'conveyor'",
+        "name = 'saw'\ncycle-time-us = 1000\nmode = 'sync'\nmaster.node = 'conveyor'",
     )
     .unwrap()
 }
@@ -114,7 +114,7 @@ fn each_change_is_told_once() {
             (
                 Level::Error,
                 "error 0x4b52: no new data for too long: 1001 own cycles, more than sync.time-sync.age-of-data-limit permits, \
-                 in the config 100; set values in pt1 mode"
+                 in the config 7 (on a PC without real-time priority 100, or more); set values in pt1 mode"
             ),
             (
                 Level::Warning,
@@ -127,6 +127,17 @@ fn each_change_is_told_once() {
             ),
         ]
     );
+}
+
+#[test]
+fn no_other_limit_is_advised_than_an_observer_has_by_default() {
+    for (cycle_us, expected) in [(1_000, "in the config 100;"), (10_000, "in the config 10;")] {
+        let text = format!("name = 'saw'\ncycle-time-us = {cycle_us}\nmaster.node = 'conveyor'");
+        let config: ReceiverConfig = parse("r", &text).unwrap();
+        let heard = heard(&config);
+        let line = health_of_far(&failed(), 0, &heard[0]).text;
+        assert!(line.contains(expected), "{line}");
+    }
 }
 
 #[test]
