@@ -76,8 +76,9 @@ impl Presented {
             self.by = newest;
         } else if newest != self.by {
             // A delay that is slewed belongs to the frame that states it, which may be shown only long after.
-            let age = now.age.filter(|_| self.by > Span::ZERO);
-            let stated = age.and_then(|Seconds(age)| self.frames.delay_at(self.lag.0 - age));
+            let stated = now
+                .age
+                .and_then(|Seconds(age)| self.frames.delay_at(self.lag.0 - age));
             let stated = stated.map_or(newest, Seconds::to_span);
             let most = match now.was_shown {
                 true => Seconds(now.passed.as_secs_f64() * SLEW).to_span(),

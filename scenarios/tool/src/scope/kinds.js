@@ -95,18 +95,14 @@ function drawSpectrum(canvas, curves, view, range, unit) {
     line(frame, colour, amplitudes.length, (n) => [n * step, amplitudes[n]]);
   }
   if (!shown.length) frame.pen.fillText('too few rows, or many are missing', frame.place.left + 8, frame.place.top + 14);
-  return end(frame);
+  frame.pen.restore();
+  return frame.shown;
 }
 
 // Draws a pane's curves against another one, and gives the range of values that it shows.
 function drawAgainst(canvas, curves, across, view, range, unit) {
   const { from, to } = view;
-  const extent = ({ rows, name }) => {
-    const pyramid = rows.pyramids.get(name);
-    pyramid.range(rows.find(from), rows.find(to));
-    return roomAround(pyramid.least, pyramid.most);
-  };
-  const [least, most] = extent(across);
+  const [least, most] = fit([across], view);
   const frame = begin(canvas, { from: least, to: most, zero: 0 }, across.unit, range ?? fit(curves, view), unit);
   for (const { rows, name, colour } of curves) {
     const start = rows.find(from);
@@ -116,26 +112,8 @@ function drawAgainst(canvas, curves, across, view, range, unit) {
     const beside = (row) => (across.rows === rows ? other[row] : across.rows.at(across.name, rows.times[row]));
     line(frame, colour, rows.find(to) - start, (n) => [beside(start + n), column[start + n]]);
   }
-  return end(frame);
-}
-
-function begin(canvas, bottom, bottomUnit, shown, unit) {
-  const pen = penOf(canvas);
-  const style = getComputedStyle(document.body);
-  const place = area(canvas);
-  const x = (value) => place.left + ((value - bottom.from) / (bottom.to - bottom.from)) * place.width;
-  const y = (value) => place.top + ((shown[1] - value) / (shown[1] - shown[0])) * place.height;
-  pen.fillStyle = style.getPropertyValue('--quiet');
-  pen.strokeStyle = style.getPropertyValue('--rule');
-  drawTimes(pen, place, bottom, x, bottomUnit);
-  drawValues(pen, place, shown, y);
-  pen.textAlign = 'left';
-  pen.fillText(unit, 2, place.top + place.height + 13);
-  pen.save();
-  pen.beginPath();
-  pen.rect(place.left, place.top, place.width, place.height);
-  pen.clip();
-  return { pen, place, x, y, shown };
+  frame.pen.restore();
+  return frame.shown;
 }
 
 function line({ pen, x, y }, colour, count, pointOf) {
@@ -151,9 +129,4 @@ function line({ pen, x, y }, colour, count, pointOf) {
     isDown = isKnown;
   }
   pen.stroke();
-}
-
-function end({ pen, shown }) {
-  pen.restore();
-  return shown;
 }

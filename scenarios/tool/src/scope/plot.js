@@ -105,34 +105,38 @@ class Rows {
 // Draws a pane: `view` is { from, to } in seconds, `cursors` are times, `curves` are { rows, name, colour, words }.
 // Gives the range of values that it shows.
 function draw(canvas, curves, view, cursors, range, unit) {
-  const pen = penOf(canvas);
-  const style = getComputedStyle(document.body);
-  const [text, rule] = ['--quiet', '--rule'].map((name) => style.getPropertyValue(name));
-  const place = area(canvas);
-  const x = (time) => place.left + ((time - view.from) / (view.to - view.from)) * place.width;
-  pen.fillStyle = text;
-  pen.strokeStyle = rule;
-  drawTimes(pen, place, view, x, 's');
-
   const isWords = curves.every((curve) => curve.words);
-  const shown = isWords ? [0, curves.length] : range ?? fit(curves, view, place.width);
-  const y = (value) => place.top + ((shown[1] - value) / (shown[1] - shown[0])) * place.height;
-  if (!isWords) drawValues(pen, place, shown, y);
-  pen.textAlign = 'left';
-  pen.fillText(unit, 2, place.top + place.height + 13);
-
-  pen.save();
-  pen.beginPath();
-  pen.rect(place.left, place.top, place.width, place.height);
-  pen.clip();
+  const shown = isWords ? [0, curves.length] : range ?? fit(curves, view);
+  const { pen, place, x, y } = begin(canvas, view, 's', shown, unit, isWords);
   curves.forEach((curve, lane) => {
     if (isWords) drawWords(pen, curve, view, x, place.top + (lane / curves.length) * place.height,
       place.height / curves.length);
     else drawCurve(pen, curve, view, x, y, place);
   });
-  drawCursors(pen, place, cursors, x, style.getPropertyValue('--text'));
+  drawCursors(pen, place, cursors, x, getComputedStyle(document.body).getPropertyValue('--text'));
   pen.restore();
   return shown;
+}
+
+// Begins a pane: its axes, lanes of words have none from bottom to top. Gives what to draw with and where values lie; until the pen is restored, nothing
+// is drawn beside that place.
+function begin(canvas, bottom, bottomUnit, shown, unit, isWords = false) {
+  const pen = penOf(canvas);
+  const style = getComputedStyle(document.body);
+  const place = area(canvas);
+  const x = (value) => place.left + ((value - bottom.from) / (bottom.to - bottom.from)) * place.width;
+  const y = (value) => place.top + ((shown[1] - value) / (shown[1] - shown[0])) * place.height;
+  pen.fillStyle = style.getPropertyValue('--quiet');
+  pen.strokeStyle = style.getPropertyValue('--rule');
+  drawTimes(pen, place, bottom, x, bottomUnit);
+  if (!isWords) drawValues(pen, place, shown, y);
+  pen.textAlign = 'left';
+  pen.fillText(unit, 2, place.top + place.height + 13);
+  pen.save();
+  pen.beginPath();
+  pen.rect(place.left, place.top, place.width, place.height);
+  pen.clip();
+  return { pen, place, x, y, shown };
 }
 
 // The values between two times, with some room above and below.

@@ -31,8 +31,7 @@ fn every_documented_command_is_one_that_the_tool_knows() {
     let mut wrong = Vec::new();
     let mut known = 0;
     for page in pages() {
-        let commands = in_blocks(&page).chain(in_sentences(&page));
-        for command in commands.collect::<Vec<_>>() {
+        for command in in_blocks(&page).into_iter().chain(in_sentences(&page)) {
             known += 1;
             // Of a placeholder nothing is known, but the names before it are.
             let words = command.words.iter().filter(|word| !word.contains('…'));
@@ -61,7 +60,7 @@ fn documented_commands_that_need_no_other_node_end_well() {
             let from = Path::new(CHECKOUT).join(inside);
             std::os::unix::fs::symlink(from, folder.path().join(inside)).expect("a link");
         }
-        for command in in_blocks(&page).filter(needs_no_node) {
+        for command in in_blocks(&page).into_iter().filter(needs_no_node) {
             run(&command, folder.path());
             ran += 1;
         }
@@ -142,7 +141,7 @@ fn pages() -> Vec<(String, String)> {
 }
 
 /// Commands of the blocks of a page that are for a shell.
-fn in_blocks((name, text): &(String, String)) -> impl Iterator<Item = DocumentedCommand> {
+fn in_blocks((name, text): &(String, String)) -> Vec<DocumentedCommand> {
     let mut commands = Vec::new();
     let mut is_shell = false;
     let mut continued = String::new();
@@ -156,20 +155,22 @@ fn in_blocks((name, text): &(String, String)) -> impl Iterator<Item = Documented
             commands.extend(commands_of(&whole, &format!("{name}:{}", line + 1)));
         }
     }
-    commands.into_iter()
+    commands
 }
 
 /// Commands in the sentences of a page, each between two backticks.
-fn in_sentences((name, text): &(String, String)) -> impl Iterator<Item = DocumentedCommand> {
-    let lines = text.lines().enumerate();
-    let commands = lines.flat_map(move |(line, content)| {
+fn in_sentences((name, text): &(String, String)) -> Vec<DocumentedCommand> {
+    let mut commands = Vec::new();
+    for (line, content) in text.lines().enumerate() {
         let place = format!("{name}:{}", line + 1);
-        let quoted = content.split('`').skip(1).step_by(2);
-        let commands = quoted.filter(|code| code.starts_with("coaxle ") && *code != KEY_TEXT);
-        // In a table, a bar is masked.
-        commands.flat_map(move |code| commands_of(&code.replace("\\|", "|"), &place))
-    });
-    commands.collect::<Vec<_>>().into_iter()
+        for code in content.split('`').skip(1).step_by(2) {
+            if code.starts_with("coaxle ") && code != KEY_TEXT {
+                // In a table, a bar is masked.
+                commands.extend(commands_of(&code.replace("\\|", "|"), &place));
+            }
+        }
+    }
+    commands
 }
 
 /// Commands of this tool in a line of a shell.
@@ -202,7 +203,7 @@ fn commands_of(line: &str, place: &str) -> Vec<DocumentedCommand> {
     parts.into_iter().filter_map(command).collect()
 }
 
-/// What is wrong with a command line; nothing if it asks for help, stops where a placeholder was, or needs something of the reader's own.
+/// Fault of a command line; none if it asks for help, stops where a placeholder was, or needs something of the reader's own.
 fn real(error: &clap::Error) -> Option<String> {
     use clap::error::ErrorKind;
     let text = error.to_string();
