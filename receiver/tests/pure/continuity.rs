@@ -16,7 +16,9 @@ const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
 const FROM_CLOCK: [&str; 3] = ["sync", "time", "observer"];
 
 fn receiver(mode: &str) -> Near {
-    let rest = format!("mode = '{mode}'\nsync.time-sync.automatic-re-init = true");
+    // The manual's limit in each mode, so that one second shows all of a silence.
+    let sync = "sync.time-sync = { automatic-re-init = true, age-of-data-limit = 7 }";
+    let rest = format!("mode = '{mode}'\n{sync}");
     Near::new(1000, 0, &rest)
 }
 

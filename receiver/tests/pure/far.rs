@@ -10,6 +10,7 @@ const THREE: &str = "
 node = 'a'
 axes = ['1-2']
 delay = 'off'
+sync.time-sync.age-of-data-limit = 7
 [[far]]
 node = 'b'
 axes = [{ id = 5, name = 'belt' }]

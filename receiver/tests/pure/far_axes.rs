@@ -20,6 +20,7 @@ delay = 'off'
 node = 'press'
 axes = [1, { id = 5, name = 'belt' }]
 delay = 'off'
+sync.time-sync.age-of-data-limit = 7
 ";
 
 /// The numbers of the axes among the signals, by the id they are published with, from 1.

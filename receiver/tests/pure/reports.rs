@@ -43,6 +43,7 @@ const SLAVES: &str = "
     [[far]]
     node = 'press'
     delay = 'off'
+    sync.time-sync.age-of-data-limit = 7
     axes = [1, { id = 7, name = 'belt' }]
     [[slave]]
     name = 'roll'
