@@ -116,7 +116,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
         options.extend(["--connect", endpoint]);
     }
     let editor = Editor::of(line.folder.path(), "cam", &file, &options);
-    browser.open(&format!("{}/#acceleration=20000", editor.address));
+    browser.open(&format!("{}#acceleration=20000", editor.address));
     let page = Page(&browser);
     page.until("page.answer && page.answer.is_new");
     page.fill("Title", "Press");
