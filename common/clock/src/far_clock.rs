@@ -37,6 +37,7 @@
 //! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] returns a number; the
 //! response comes back as a [`TimeResponse`] with its four stamps.
 
+use crate::common_time::{CommonReading, CommonTime, CommonTimeLack, FarCommonReading};
 use crate::cycle::CycleTime;
 use crate::delay::{Asymmetry, DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
@@ -45,7 +46,7 @@ use crate::observer::{
     PhaseObserver,
 };
 use crate::time_sync::WrongParameter;
-use crate::timing::{Known, Steering, TimingChannel, TimingOutput};
+use crate::timing::{Known, Steering, TimingChannel, TimingOutput, TimingState};
 use crate::two_way::TwoWay;
 
 /// Responses that can wait for their cycle.
@@ -106,6 +107,9 @@ pub struct FarClock {
     overflow: u64,
     /// Exchanges beside the transport, stamped nearer to the wire.
     timing: TimingChannel,
+    /// Common time of both nodes, and its exchanges.
+    common: CommonTime,
+    by_common_time: TimingChannel,
     /// The exchanges of the transport as a line of their own.
     two_way: TwoWay,
     steering: Steering,
@@ -127,6 +131,8 @@ pub struct FarClockOutput {
     pub delay: DelayOutput,
     /// State of the timing channel.
     pub timing: TimingOutput,
+    /// State of the common time; none before both nodes exchanged readings.
+    pub common_time: Option<CommonTimeOutput>,
     /// True if far time is sure, or was and goes on as it did: leaving it would be a step.
     pub is_sure: bool,
 }
@@ -137,6 +143,24 @@ impl FarClockOutput {
     #[must_use]
     pub const fn is_mapped_anew(&self) -> bool {
         self.is_sure && self.observer.rebased
+    }
+}
+
+/// State and quality of the [common time](crate::common_time) of both nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommonTimeOutput {
+    /// Why there is none now.
+    pub lack: CommonTimeLack,
+    /// Its exchanges. [Contradicted](crate::timing::TimingState::Contradicted): the clocks disagree with what the ways of messages leave open.
+    pub timing: TimingOutput,
+}
+
+impl CommonTimeOutput {
+    /// Reports whether the clocks that the nodes have in common are not what they state.
+    #[must_use]
+    pub const fn is_contradicted(&self) -> bool {
+        matches!(self.timing.state, TimingState::Contradicted)
+            || matches!(self.lack, CommonTimeLack::SecondsApart)
     }
 }
 
@@ -171,6 +195,8 @@ impl FarClock {
             waiting: [None; RESPONSES],
             overflow: 0,
             timing: TimingChannel::default(),
+            common: CommonTime::default(),
+            by_common_time: TimingChannel::default(),
             two_way: TwoWay::default(),
             steering: Steering::NONE,
             line: None,
@@ -211,6 +237,22 @@ impl FarClock {
         }
     }
 
+    /// Takes readings of the common time in one exchange: the own one, at `here`, and that of the far node. It is of use while the delay is
+    /// measured.
+    pub fn common_time(
+        &mut self,
+        here: Instant<Local>,
+        own: Option<CommonReading>,
+        far: Option<FarCommonReading>,
+    ) {
+        if self.delay != DelaySource::Measured {
+            return;
+        }
+        if let Some((arrived, exchange)) = self.common.take(here, own, far) {
+            self.by_common_time.exchange(arrived, &exchange);
+        }
+    }
+
     /// Returns the number of the request to send in the cycle that ideally began at `now`, if one is due.
     pub fn request(&mut self, now: Instant<Local>) -> Option<u32> {
         match self.delay {
@@ -239,18 +281,23 @@ impl FarClock {
         let mut observer = self.observer.cycle(now);
         if let Steering::Channel { rate, .. } = self.steering {
             observer.drift_ppm = (rate - 1.0) * 1e6;
-            if !self.timing.is_heard() {
+            if !self.has_channel() {
                 observer.line = ObserverLine::TwoWay;
             }
         }
         self.is_sure = is_sure(observer.state, self.is_sure);
         let delay = self.delay_output(now);
         let timing = self.timing.output(now);
+        let common_time = self.common.lack().map(|lack| CommonTimeOutput {
+            lack,
+            timing: self.by_common_time.output(now),
+        });
         self.cycled = Some(now);
         self.newest = FarClockOutput {
             observer,
             delay,
             timing,
+            common_time,
             is_sure: self.is_sure,
         };
         &self.newest
@@ -306,6 +353,8 @@ impl FarClock {
         self.delay = delay;
         self.waiting = [None; RESPONSES];
         self.timing.forget();
+        self.common = CommonTime::default();
+        self.by_common_time.forget();
         self.two_way.forget();
         self.steering = Steering::NONE;
         if delay == DelaySource::Measured {
@@ -332,10 +381,8 @@ impl FarClock {
 
     /// Passes the delay to the observer, be it measured by the timing channel or otherwise.
     fn steer(&mut self, now: Instant<Local>) {
-        if self.delay == DelaySource::Measured && self.timing.is_heard() {
-            let line = self.observer.line();
-            let known = line.as_ref().and_then(|line| self.known(now, line));
-            self.steering = self.timing.steer(now, line.as_ref(), known);
+        if self.delay == DelaySource::Measured && self.has_channel() {
+            self.steering = self.by_channels(now);
         } else if self.delay == DelaySource::Measured && self.two_way.is_in_use()
             || self.is_steered()
         {
@@ -355,6 +402,30 @@ impl FarClock {
                 self.observer.set_delay(delay);
             }
         }
+    }
+
+    /// True if there is a timing channel, or a common time.
+    const fn has_channel(&self) -> bool {
+        self.timing.is_heard() || self.by_common_time.is_heard()
+    }
+
+    /// Steers by the common time; without it, or where it is contradicted, by the timing channel.
+    fn by_channels(&mut self, now: Instant<Local>) -> Steering {
+        let line = self.observer.line();
+        let known = line.as_ref().and_then(|line| self.known(now, line));
+        let by_ways = match self.timing.is_heard() {
+            true => self.timing.steer(now, line.as_ref(), known),
+            false => Steering::NONE,
+        };
+        if !self.by_common_time.is_heard() {
+            return by_ways;
+        }
+        // What ways leave open watches the common time, which shows no error of its own.
+        let was_in_use = self.by_common_time.is_in_use();
+        let watching = by_ways.watching(known);
+        let by_common_time = self.by_common_time.steer(now, line.as_ref(), watching);
+        let ends = was_in_use && !self.by_common_time.is_in_use();
+        by_ways.under(by_common_time, ends)
     }
 
     /// True if far time follows exchanges and not messages.

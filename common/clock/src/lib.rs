@@ -24,6 +24,7 @@
 extern crate std;
 
 pub mod age_gate;
+pub mod common_time;
 pub mod cycle;
 pub mod cycle_lock;
 pub mod delay;

@@ -86,6 +86,8 @@ pub struct TimingOutput {
     pub refused: u64,
     /// Restarts of its line, since the clocks were no longer where the line had them.
     pub restarts: u32,
+    /// Distance of the sender's clock from where other exchanges have it; none while one of both is not known.
+    pub apart: Option<Seconds>,
 }
 
 /// Steering of the far time in one cycle.
@@ -110,6 +112,49 @@ impl Steering {
     pub(crate) const NONE: Self = Self::Exchanges {
         beside: Seconds::ZERO,
     };
+
+    /// The delay by which another channel is judged: by this one while it is in use, or else by the transport's exchanges and what it left
+    /// behind.
+    pub(crate) fn watching(&self, known: Option<Known>) -> Option<Known> {
+        match *self {
+            Self::Channel {
+                ahead, uncertainty, ..
+            } => Some(Known {
+                delay: ahead,
+                uncertainty,
+            }),
+            Self::Exchanges { beside } => known.map(|known| Known {
+                delay: Seconds(known.delay.0 + beside.0),
+                uncertainty: Seconds(known.uncertainty.0 + libm::fabs(beside.0)),
+            }),
+        }
+    }
+
+    /// The steering where another channel steers, or has left the sender's lead `beside` behind.
+    pub(crate) fn under(self, other: Self, other_ends: bool) -> Self {
+        match (other, self) {
+            (Self::Channel { .. }, _) => other,
+            (Self::Exchanges { beside: left }, Self::Exchanges { beside }) => Self::Exchanges {
+                beside: Seconds(beside.0 + left.0),
+            },
+            (
+                Self::Exchanges { beside: left },
+                Self::Channel {
+                    ahead,
+                    uncertainty,
+                    sigma,
+                    rate,
+                    begins,
+                },
+            ) => Self::Channel {
+                ahead: Seconds(ahead.0 + left.0),
+                uncertainty: Seconds(uncertainty.0 + libm::fabs(left.0)),
+                sigma,
+                rate,
+                begins: begins || other_ends,
+            },
+        }
+    }
 
     /// Applies the steering to a delay.
     pub(crate) fn applied_to(&self, known: DelayOutput) -> DelayOutput {
@@ -163,6 +208,8 @@ pub(crate) struct TimingChannel {
     exchanges: u64,
     refused: u64,
     restarts: u32,
+    /// Distance from the other exchanges in the newest cycle.
+    apart: Option<Seconds>,
 }
 
 impl TimingChannel {
@@ -180,12 +227,18 @@ impl TimingChannel {
         self.is_heard
     }
 
+    /// True if it steered in the newest cycle.
+    pub(crate) fn is_in_use(&self) -> bool {
+        self.state == TimingState::InUse
+    }
+
     /// Forgets the line and its state.
     pub(crate) fn forget(&mut self) {
         self.line = None;
         self.own_rate = OwnRate::default();
         self.newest = None;
         self.beside = 0.0;
+        self.apart = None;
         self.state = TimingState::Waiting;
     }
 
@@ -219,6 +272,7 @@ impl TimingChannel {
             exchanges: self.exchanges,
             refused: self.refused,
             restarts: self.restarts,
+            apart: self.apart,
         }
     }
 
@@ -265,6 +319,7 @@ impl TimingChannel {
 
     fn judge(&mut self, now: Instant<Local>, far: &FarLine, known: Option<Known>) -> Steering {
         let was_in_use = self.state == TimingState::InUse;
+        self.apart = None;
         let is_fresh = self
             .newest
             .is_some_and(|newest| now - newest <= TUNING.stale_after);
@@ -277,6 +332,7 @@ impl TimingChannel {
         let sigma = line.sigma(now);
         let uncertainty = line.uncertainty(now);
         let apart = ahead - known.delay.0;
+        self.apart = Some(Seconds(apart));
         // Both say how wrong they may be. Beyond the sum one of them is, and the transport's exchanges travel as the axes do.
         if libm::fabs(apart) > known.uncertainty.0 + uncertainty {
             self.state = TimingState::Contradicted;

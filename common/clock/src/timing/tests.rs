@@ -1,5 +1,7 @@
 //! The timing channel of a whole far clock, as it comes, ends, is contradicted and comes back.
 
+mod common_time;
+
 use std::vec::Vec;
 
 use rand_distr::{Distribution, Exp, Normal};
