@@ -1,5 +1,5 @@
 //! The structure of the code itself: no circle between the modules of a crate, one place for the operating system, and no Zenoh
-//! where a change is to be tried in seconds.
+//! where a change is to be tried in seconds; and of its pages: no link that leads nowhere, no translation that is behind.
 //!
 //! Between crates, the compiler excludes circles. Within a crate, sibling modules, each
 //! with all that is below it, use one another in one direction only; a module and its own parent may
@@ -8,9 +8,12 @@
 mod circles;
 mod file_sizes;
 mod language;
+mod links;
 mod locks;
 mod modules;
+mod pages;
 mod system;
+mod translations;
 mod transport;
 
 use std::path::{Path, PathBuf};
