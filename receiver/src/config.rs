@@ -2,6 +2,7 @@
 //! or simulated in a table `[lab]`; a scenario has it in its places.
 
 mod axes;
+mod common_time;
 mod drive;
 mod encoders;
 mod far;
@@ -27,8 +28,8 @@ mod virtual_axes;
 use std::path::Path;
 
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingLinkConfig,
-    TimingServerConfig, TransportConfig, Wrong,
+    ClockConfig, CommonTimeConfig, CommonTimeSetup, CycleMicros, RealTimeConfig, TimingEndpoints,
+    TimingLinkConfig, TimingServerConfig, TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::keys::NodeName;
@@ -90,6 +91,9 @@ pub struct ReceiverConfig {
     /// The timing channel to itself, for those who follow its slaves or far axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing_server: Option<TimingServerConfig>,
+    /// Time that this PC has in common with others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<CommonTimeConfig>,
     /// Settings requested from the operating system.
     pub real_time: RealTimeConfig,
 }
@@ -259,6 +263,7 @@ impl ReceiverConfig {
             nodes: links
                 .map(|(number, _, timing)| (number, timing.connect))
                 .collect(),
+            common_time: CommonTimeSetup::of(self.time.as_ref(), &self.clock),
         }
     }
 }

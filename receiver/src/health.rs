@@ -18,6 +18,8 @@ pub enum Health {
     NoStandby,
     /// In order, with a standby followed.
     OnStandby,
+    /// In order, but the time that the node has in common with the own one contradicts what the ways between them leave open.
+    ClocksDisagree,
     /// No new data from the master for too long.
     MasterSilent,
     /// Duplicate sender: a second node of the same name publishes the same axes; the first one is
@@ -66,6 +68,7 @@ impl Health {
             Self::Ok => HealthName::Ok,
             Self::NoStandby => HealthName::NoStandby,
             Self::OnStandby => HealthName::OnStandby,
+            Self::ClocksDisagree => HealthName::ClocksDisagree,
             Self::MasterSilent => HealthName::MasterSilent,
             Self::TwoSenders => HealthName::TwoSenders,
             Self::Error(_) => HealthName::Error,
@@ -87,20 +90,21 @@ impl Health {
             // Both states of standbys leave the set values in order.
             Self::NoStandby => 1,
             Self::OnStandby => 2,
-            Self::StartingUp => 3,
-            Self::Disabled => 4,
-            Self::WaitingForMaster => 5,
-            Self::MasterSilent => 6,
-            Self::TwoSenders => 7,
-            Self::Error(_) => 8,
+            Self::ClocksDisagree => 3,
+            Self::StartingUp => 4,
+            Self::Disabled => 5,
+            Self::WaitingForMaster => 6,
+            Self::MasterSilent => 7,
+            Self::TwoSenders => 8,
+            Self::Error(_) => 9,
             // The worst of a far node: what its frames state cannot be followed at all.
-            Self::CycleTimesDoNotFit | Self::PaceOutOfRange => 9,
+            Self::CycleTimesDoNotFit | Self::PaceOutOfRange => 10,
             Self::SlaveBehind { .. }
             | Self::ProgramBlocked { .. }
             | Self::CommandRefused { .. }
             | Self::Circle
             | Self::SlaveFailed { .. }
-            | Self::DriveTripped => 10,
+            | Self::DriveTripped => 11,
         }
     }
 }
@@ -122,6 +126,8 @@ pub enum HealthName {
     NoStandby,
     /// In order, with a standby followed.
     OnStandby,
+    /// In order, but a common time contradicts the ways of messages.
+    ClocksDisagree,
     /// No new data for too long.
     MasterSilent,
     /// Duplicate sender: a second node has the name of a followed one.
@@ -157,6 +163,7 @@ impl HealthName {
             Self::Ok => "ok",
             Self::NoStandby => "no-standby",
             Self::OnStandby => "on-standby",
+            Self::ClocksDisagree => "clocks-disagree",
             Self::MasterSilent => "master-silent",
             Self::TwoSenders => "two-senders",
             Self::Error => "error",

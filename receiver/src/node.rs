@@ -4,7 +4,7 @@ use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local};
-use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
+use coaxle_node::beacon::{BEACON_CAPACITY, BeaconLabel, encode_beacon_request};
 use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
 use coaxle_node::config::Wrong;
@@ -56,6 +56,8 @@ pub struct Receiver {
     /// Beacon due to each node received from.
     due_beacons: Box<[Option<u32>]>,
     beacon: [u8; BEACON_CAPACITY],
+    /// True if its beacons have readings of a common time.
+    takes_common_time: bool,
     snapshot: ReceiverSnapshot,
 }
 
@@ -191,6 +193,7 @@ impl Receiver {
             request: [0; TIME_REQUEST_CAPACITY],
             due_beacons: vec![None; config.received_nodes().len()].into(),
             beacon: [0; BEACON_CAPACITY],
+            takes_common_time: config.time.is_some(),
             snapshot: ReceiverSnapshot::new(config, start),
         })
     }
@@ -265,9 +268,13 @@ impl Receiver {
         let due = self.due_beacons.iter().position(Option::is_some);
         let far = due?;
         let number = self.due_beacons[far].take()?;
-        let Identity { sender, epoch } = self.identity;
+        let label = BeaconLabel {
+            requester: self.identity.sender,
+            run: self.identity.epoch,
+            number,
+        };
         let at = self.tick.ideal_start;
-        let length = encode_beacon_request(sender, epoch, number, at, &mut self.beacon);
+        let length = encode_beacon_request(&label, self.takes_common_time, at, &mut self.beacon);
         Some((length, far))
     }
 

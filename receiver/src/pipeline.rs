@@ -9,7 +9,7 @@ use coaxle_node::config::Wrong;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
-use crate::far::{Candidate, FarNode, FarOutputs, HeldNow};
+use crate::far::{Candidate, FarNode, FarOutputs, HeldNow, OwnNode};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
@@ -53,6 +53,11 @@ impl Pipeline {
         run: u64,
     ) -> Result<Self, Wrong> {
         let cycle_time = config.cycle_time_us.0;
+        let own = OwnNode {
+            cycle_time,
+            run,
+            takes_common_time: config.time.is_some(),
+        };
         let nodes = config.received_nodes().into_iter();
         let received_from: Box<[_]> = nodes.map(|node| (node.far, node.place)).collect();
         let far = (config.far.iter().enumerate())
@@ -62,7 +67,7 @@ impl Pipeline {
                     1 => "sync".to_owned(),
                     _ => format!("far[{n}].sync"),
                 };
-                FarNode::new(far, cycle_time, run, &numbers)
+                FarNode::new(far, own, &numbers)
                     .map(|node| node.with_dead_time(config.longest_dead_time()))
                     .map_err(|error| Wrong::with_reason(field(), error))
             })

@@ -4,6 +4,7 @@ use coaxle_axis::drive::{DriveKind, DriveState};
 use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::set_value_guard::GuardState;
 use coaxle_axis::{AxisStatus, TravelDirection};
+use coaxle_clock::common_time::CommonTimeLack;
 use coaxle_clock::cycle_lock::CycleLockState;
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::{ObserverLine, ObserverState};
@@ -175,6 +176,22 @@ signals! {
         timing_refused: u64 [""] last,
         /// Restarts of the timing channel because the clocks had moved.
         timing_restarts: u32 [""] last,
+        /// State of the time that both nodes have in common; none without one in the config.
+        common_time_state: Option<TimingState> [""] last "common time",
+        /// Why there is none.
+        common_time_lack: Option<CommonTimeLack> [""] last "… lacks",
+        /// Distance of the far clock by the common time from where messages and beacons have it.
+        common_time_apart_us: Option<f64> ["µs"] last "… apart",
+        /// Greatest error of the common time, of both nodes together, as they state it.
+        common_time_bound_us: Option<f64> ["µs"] last,
+        /// Standard deviation of the far clock by the common time.
+        common_time_sigma_us: Option<f64> ["µs"] last,
+        /// Age of its newest reading.
+        common_time_age_s: Option<f64> ["s"],
+        /// Readings used.
+        common_time_readings: u64 [""] last,
+        /// Restarts of it because the clocks had moved.
+        common_time_restarts: u32 [""] last,
         /// Beacons sent.
         beacons_sent: u64 [""],
         /// Good responses to beacons.

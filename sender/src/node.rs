@@ -84,6 +84,7 @@ impl Sender {
         axes.sort_by_key(|axis| axis.source.id());
         check_presentation(config)?;
         check_followers(config)?;
+        check_common_time(config)?;
         // After sorting, which moves the axes.
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
@@ -355,6 +356,18 @@ fn check_presentation(config: &SenderConfig) -> Result<(), Wrong> {
             let expected = format!("the cycle time or more, {cycle} ms");
             Err(Wrong::of("present-after-ms", most, expected).within("axis[0]"))
         }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that a common time has a channel on which it is stated.
+fn check_common_time(config: &SenderConfig) -> Result<(), Wrong> {
+    match (&config.time, &config.timing) {
+        (Some(_), None) => Err(Wrong::of(
+            "time",
+            "one without `timing`",
+            "`timing.listen` with the UDP address on which followers ask for it",
+        )),
         _ => Ok(()),
     }
 }

@@ -13,6 +13,7 @@
 //! The crate knows no transport: programs on it alone are built without one.
 
 mod arrivals;
+mod clock_pair;
 #[cfg(feature = "signals")]
 mod end_reason;
 pub mod exit;
@@ -20,15 +21,18 @@ pub mod exit;
 mod interrupt;
 pub mod machine;
 mod ports;
+mod ptp;
 mod system;
 mod trace;
 
 pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
+pub use clock_pair::ClockPair;
 #[cfg(feature = "signals")]
 pub use end_reason::EndReason;
 #[cfg(feature = "signals")]
 pub use interrupt::Interrupt;
 pub use machine::Machine;
 pub use ports::ClaimedPort;
+pub use ptp::{PtpService, PtpState};
 pub use system::*;
 pub use trace::Trace;

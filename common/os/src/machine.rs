@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use coaxle_clock::{Domain, Instant, Local, Span};
 
-use crate::{Os, System};
+use crate::{ClockPair, Os, System};
 
 /// The operating system's monotonic clock: `CLOCK_MONOTONIC` of Linux.
 ///
@@ -49,6 +49,27 @@ pub fn wall_clock_offset_ns() -> i64 {
     let wall = since_1970.unwrap_or_default().as_nanos() as i64;
     // Read directly after each other: the time between the two readings is in the offset.
     wall - now().as_nanos()
+}
+
+/// Returns the machine's clock and International Atomic Time (TAI) at one instant; none if the system does not know it.
+#[must_use]
+pub fn with_tai() -> Option<ClockPair> {
+    // Known or not, once and for all.
+    Os::tai_ns()?;
+    Some(ClockPair::read(Os::clock_ns, || {
+        Os::tai_ns().unwrap_or_default()
+    }))
+}
+
+/// Returns the offset of TAI from UTC as the system has it, s: 0 if nobody has set it, 37 since 2017; none if the system does not
+/// know TAI.
+#[must_use]
+pub fn tai_offset_s() -> Option<i64> {
+    let tai = Os::tai_ns()?;
+    let utc = wall_clock().duration_since(SystemTime::UNIX_EPOCH);
+    let utc = utc.unwrap_or_default().as_nanos() as i64;
+    // Read one after the other: nearest to whole seconds.
+    Some((tai - utc + 500_000_000).div_euclid(1_000_000_000))
 }
 
 thread_local! {

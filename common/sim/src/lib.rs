@@ -10,6 +10,7 @@
 //! checked: a node that breaks one ends the run.
 
 mod approach;
+mod common_time;
 mod error_stop;
 mod events;
 mod far_motion;

@@ -1,7 +1,7 @@
 //! A link: one subscription, and the network's effects on its messages.
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
+use coaxle_node::beacon::{BeaconLabel, BeaconSeal, CommonStamp, Departure};
 use coaxle_node::config::Wrong;
 use coaxle_node::faults::{LinkModel, Tampering};
 use coaxle_node::frame::KeySeal;
@@ -26,6 +26,17 @@ pub(crate) struct Link {
     /// Flow in the network of routers; none for a direct link between nodes.
     pub(crate) flow: Option<usize>,
     pub(crate) counts: LinkCounts,
+}
+
+/// Departure of a frame from its node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinkDeparture {
+    /// Time of the publisher's clock.
+    pub(crate) left: Instant<Local>,
+    /// True if frames of axes carry it.
+    pub(crate) stamped: bool,
+    /// The publisher's reading of a common time, for beacons.
+    pub(crate) common_time: Option<CommonStamp>,
 }
 
 impl Link {
@@ -61,13 +72,11 @@ impl Link {
         self.from == from && self.channel == outgoing.channel && self.far == outgoing.far
     }
 
-    /// Seals the frame that leaves at `left` of the publisher's clock; none if it is for another
-    /// link. `stamped`: frames of axes carry their departure.
+    /// Seals the frame with its departure; none if it is for another link.
     pub(crate) fn seal<'a>(
         &mut self,
         outgoing: &Outgoing<'_>,
-        left: Instant<Local>,
-        stamped: bool,
+        departure: &LinkDeparture,
         frame: &'a mut Vec<u8>,
     ) -> Option<&'a [u8]> {
         if outgoing.channel.is_timing() {
@@ -76,12 +85,12 @@ impl Link {
             if !self.reader.concerns(&label) {
                 return None;
             }
-            self.beacons.seal(outgoing, label, left, frame);
+            self.beacons.seal(outgoing, label, departure, frame);
         } else {
             // The setting concerns frames of axes; responses to time requests are useless without their
             // departure.
-            let stamped = stamped || !outgoing.channel.carries_axes();
-            let stamp = stamped.then(|| left - outgoing.ideal_start);
+            let stamped = departure.stamped || !outgoing.channel.carries_axes();
+            let stamp = stamped.then(|| departure.left - outgoing.ideal_start);
             self.seal.seal(outgoing.body, stamp, frame);
         }
         Some(frame)
@@ -142,10 +151,10 @@ impl Beacons {
         &mut self,
         outgoing: &Outgoing<'_>,
         label: BeaconLabel,
-        left: Instant<Local>,
+        departure: &LinkDeparture,
         frame: &mut Vec<u8>,
     ) {
-        let ideal_start = outgoing.ideal_start;
+        let (ideal_start, left) = (outgoing.ideal_start, departure.left);
         let before = self.before.replace((label, left));
         // A departure reported for a beacon of an earlier run would pair stamps of two clocks.
         let before = before.filter(|(before, _)| before.run == label.run);
@@ -153,6 +162,10 @@ impl Beacons {
             left: left - ideal_start,
             stamps: Stamps::Kernel,
             before: before.map(|(before, left)| (before.number, left - ideal_start)),
+            common: departure.common_time.map(|common| CommonStamp {
+                at_ns: common.at_ns - ideal_start.as_nanos(),
+                ..common
+            }),
         };
         self.seal.seal(outgoing.body, &departure, frame);
     }

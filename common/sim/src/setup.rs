@@ -1,7 +1,7 @@
 //! Set-up of the simulation.
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_node::config::{ClockConfig, LinkConfig};
+use coaxle_node::config::{ClockConfig, CommonTimeConfig, LinkConfig};
 use coaxle_node::{Channel, Reader};
 
 /// Builds a node whose first cycle is due at a local instant, in its n-th run.
@@ -15,6 +15,8 @@ pub struct NodeSetup<N> {
     pub seed: u64,
     /// Clock of the node.
     pub clock: ClockConfig,
+    /// Time that it has in common with other nodes.
+    pub common_time: Option<CommonTimeConfig>,
     /// True if its frames of axes carry their departure.
     pub send_stamps: bool,
     /// Builds the node, at the start and after each restart.

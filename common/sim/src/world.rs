@@ -7,9 +7,10 @@ use coaxle_node::config::{LinkConfig, Wrong};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use coaxle_node::{CommandOrder, KeptMessage, Message, Node};
 
+use crate::common_time::SimulatedCommonTime;
 use crate::events::EventQueue;
 use crate::invariants::{Violation, Watch};
-use crate::link::Link;
+use crate::link::{Link, LinkDeparture};
 use crate::network::{Network, RouterTraffic, Transit};
 use crate::observer::{CycleSeen, Observer};
 use crate::setup::{Factory, LinkSetup, NodeSetup, RouterSetup};
@@ -43,6 +44,7 @@ struct SimulatedNode<N> {
     jitter: CycleJitter,
     start_phase: Span,
     send_stamps: bool,
+    common_time: Option<SimulatedCommonTime>,
     build: Factory<N>,
     state: SimulatedState<N>,
     /// Orders that wait for its next cycle, with their numbers.
@@ -116,6 +118,10 @@ impl<N: Node> World<N> {
             clock: DeviatedClock::new(&setup.clock, clock_seed, self.now)?,
             jitter: CycleJitter::new(&setup.clock, jitter_seed),
             start_phase: setup.clock.start_phase(),
+            common_time: (setup.common_time.as_ref()).map(|config| {
+                let seed = seed_of(setup.seed, "common time");
+                SimulatedCommonTime::new(config, &setup.clock, seed)
+            }),
             name: setup.name,
             send_stamps: setup.send_stamps,
             build: setup.build,
@@ -313,6 +319,14 @@ impl<N: Node> World<N> {
         simulated.watch.check(&simulated.name, node, tick, local)?;
         while let Some(outgoing) = node.transmit() {
             let stamped = simulated.send_stamps;
+            let common_time = (simulated.common_time.as_mut())
+                .filter(|_| outgoing.channel.is_timing())
+                .and_then(|common| common.read(now, local));
+            let departure = LinkDeparture {
+                left: local,
+                stamped,
+                common_time,
+            };
             for &link in &self.links_of[index] {
                 let by = &mut self.links[link];
                 // A frame behind a router leaves its node once for all subscribers; the routers multiply it.
@@ -320,7 +334,7 @@ impl<N: Node> World<N> {
                 if !(is_sent && by.takes(index, &outgoing)) {
                     continue;
                 }
-                let Some(frame) = by.seal(&outgoing, local, stamped, &mut self.frame) else {
+                let Some(frame) = by.seal(&outgoing, &departure, &mut self.frame) else {
                     continue;
                 };
                 let (queue, dropped) = (&mut self.queue, &mut self.dropped);

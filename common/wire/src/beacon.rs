@@ -20,6 +20,7 @@ pub use pair_keys::{InvalidPairKeys, PairKeys, TimingSecret};
 pub use seal::{BeaconSeal, Departure};
 pub use secret::{BeaconSecret, InvalidSecret, SECRET_LEN};
 
+use coaxle_clock::common_time::CommonReading;
 use coaxle_clock::{Instant, Local, Span};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +64,36 @@ pub struct BeaconBefore {
     pub left_ns: i64,
 }
 
+/// Version of the beacons between nodes with a common time: with a reading of it in each. Others stay at
+/// [`FORMAT_VERSION`](crate::frame::FORMAT_VERSION), byte for byte.
+pub const COMMON_TIME_VERSION: u8 = 2;
+
+/// Reading of a common time, as near to the departure of a beacon as the program can take it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommonStamp {
+    /// Own clock at the reading, ns: of a request the requester's clock, of a response since the ideal start of the
+    /// responder's cycle 0.
+    pub at_ns: i64,
+    /// Common time, ns since its epoch: for TAI 1970-01-01.
+    pub time_ns: i64,
+    /// Greatest error of that against the grandmaster, ns.
+    pub bound_ns: u32,
+    /// Identity of the clock that the time comes from; of PTP its grandmaster's.
+    pub grandmaster: u64,
+}
+
+impl CommonStamp {
+    /// Returns the reading without the own clock.
+    #[must_use]
+    pub const fn reading(&self) -> CommonReading {
+        CommonReading {
+            time: Instant::from_nanos(self.time_ns),
+            bound: Span::from_nanos(self.bound_ns as i64),
+            grandmaster: self.grandmaster,
+        }
+    }
+}
+
 /// Beacon of a node that follows another one. The responder returns all of it unchanged in its response.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BeaconRequest {
@@ -78,6 +109,11 @@ pub struct BeaconRequest {
     pub stamps: Stamps,
     /// Departure of the previous beacon.
     pub before: Option<BeaconBefore>,
+    /// True if the requester has a common time, or is to have one: its beacons have [`COMMON_TIME_VERSION`], and so has the
+    /// response.
+    pub takes_common_time: bool,
+    /// Reading of the common time.
+    pub common: Option<CommonStamp>,
 }
 
 /// Beacon that responds to a [`BeaconRequest`].
@@ -95,6 +131,8 @@ pub struct BeaconResponse {
     pub stamps: Stamps,
     /// Departure of the previous response; its number is that of its request.
     pub before: Option<BeaconBefore>,
+    /// Reading of the common time.
+    pub common: Option<CommonStamp>,
 }
 
 impl BeaconResponse {

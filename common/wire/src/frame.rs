@@ -212,7 +212,7 @@ impl KeySeal {
     }
 
     /// Verifies a message of any version up to the latest one of its kind.
-    fn verify_version<'a>(
+    pub(crate) fn verify_version<'a>(
         &self,
         payload: &'a [u8],
         latest: u8,

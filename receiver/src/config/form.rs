@@ -6,8 +6,8 @@ use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::circles::CIRCLE_CODE;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TimingLinkConfig,
-    TimingServerConfig, TransportConfig, Unit, Wrong, at_most,
+    ClockConfig, CommonTimeConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig,
+    TimingLinkConfig, TimingServerConfig, TransportConfig, Unit, Wrong, at_most,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters, FilterMode};
@@ -89,6 +89,9 @@ pub(super) struct Form {
     transport: TransportConfig,
     /// The timing channel to itself, apart from the transport, for those who follow its slaves or far axes. None by default.
     timing_server: Option<TimingServerConfig>,
+    /// Time that this PC has in common with others, exchanged on timing channels and followed as long as these do not contradict it. None
+    /// by default.
+    time: Option<CommonTimeConfig>,
     /// Settings requested from the operating system.
     #[serde(default)]
     real_time: RealTimeConfig,
@@ -253,12 +256,14 @@ impl TryFrom<Form> for ReceiverConfig {
             seed: form.seed,
             transport: form.transport,
             timing_server: form.timing_server,
+            time: form.time,
             real_time: form.real_time,
         };
         // Before all checks that resolve axes by their names.
         check_names(&config)?;
         config.check_standbys(is_short)?;
         config.check_lock_cycle()?;
+        config.check_common_time()?;
         config.check_turns()?;
         config.check_encoders(is_short)?;
         config.check_virtual_axes()?;

@@ -3,6 +3,7 @@
 //! The next beacon carries the departure time of a beacon, so an exchange is known when the
 //! response after it arrives. With stamps of the program itself it is known at once.
 
+use coaxle_clock::common_time::{CommonReading, FarCommonReading};
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::TimingLinkConfig;
@@ -29,7 +30,22 @@ pub(super) struct Beacons {
     before: Option<(Instant<Local>, BeaconResponse)>,
     waiting: [Option<(Instant<Local>, BeaconResponse)>; WAITING],
     stamps: Option<Stamps>,
+    /// True if both are to have a common time.
+    takes_common_time: bool,
     counters: Counters,
+}
+
+/// What a response brings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Measured {
+    /// An exchange, whose response arrived then.
+    Exchange(Instant<Local>, TimeResponse),
+    /// Readings of the common time: the own one at an instant, and that of the responder.
+    CommonTime {
+        here: Instant<Local>,
+        own: Option<CommonReading>,
+        far: Option<FarCommonReading>,
+    },
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,7 +56,7 @@ struct Counters {
 }
 
 impl Beacons {
-    pub(super) fn new(config: &TimingLinkConfig, run: u64) -> Self {
+    pub(super) fn new(config: &TimingLinkConfig, run: u64, takes_common_time: bool) -> Self {
         Self {
             run,
             interval: config.interval(),
@@ -50,6 +66,7 @@ impl Beacons {
             before: None,
             waiting: [None; WAITING],
             stamps: None,
+            takes_common_time,
             counters: Counters::default(),
         }
     }
@@ -88,13 +105,8 @@ impl Beacons {
         self.counters.rejected = self.counters.rejected.saturating_add(1);
     }
 
-    /// Passes on the exchanges that are known in the cycle that ideally begins at `now`, each with
-    /// its arrival.
-    pub(super) fn take(
-        &mut self,
-        now: Instant<Local>,
-        mut each: impl FnMut(Instant<Local>, &TimeResponse),
-    ) {
+    /// Passes on what is known in the cycle that ideally begins at `now`.
+    pub(super) fn take(&mut self, now: Instant<Local>, mut each: impl FnMut(Measured)) {
         // In the order of their numbers, independent of their arrival.
         while let Some((at, response)) = self.next_waiting(now) {
             if !self.is_response(at, &response) {
@@ -104,18 +116,19 @@ impl Beacons {
             self.responded = Some(response.request.number);
             self.counters.answers = self.counters.answers.saturating_add(1);
             self.stamps = Some(response.weakest_stamps());
+            if self.takes_common_time {
+                each(common_time(&response));
+            }
             // A response carries the program's own stamps itself, so that nothing has to wait for the next one.
             if response.weakest_stamps() == Stamps::Application {
                 self.before = None;
-                each(
-                    at,
-                    &exchange(&response, response.requested(), response.responded),
-                );
+                let exchange = exchange(&response, response.requested(), response.responded);
+                each(Measured::Exchange(at, exchange));
                 continue;
             }
             let before = self.before.replace((at, response));
             if let Some((arrived, known)) = before.and_then(|before| completed(before, &response)) {
-                each(arrived, &known);
+                each(Measured::Exchange(arrived, known));
             }
         }
     }
@@ -183,6 +196,20 @@ fn completed(
     Some((arrived, exchange(&answer, requested, responded)))
 }
 
+/// The readings of both nodes in one exchange.
+fn common_time(response: &BeaconResponse) -> Measured {
+    let request = &response.request;
+    Measured::CommonTime {
+        here: (request.common).map_or(response.requested(), |own| Instant::from_nanos(own.at_ns)),
+        own: request.common.map(|own| own.reading()),
+        far: response.common.map(|far| FarCommonReading {
+            epoch: response.epoch,
+            at: Span::from_nanos(far.at_ns),
+            common: far.reading(),
+        }),
+    }
+}
+
 fn exchange(answer: &BeaconResponse, requested: Instant<Local>, responded: Span) -> TimeResponse {
     TimeResponse {
         run: answer.request.run,
@@ -198,11 +225,11 @@ fn exchange(answer: &BeaconResponse, requested: Instant<Local>, responded: Span)
 mod tests {
     use super::*;
     use coaxle_node::BeaconRequest;
-    use coaxle_node::beacon::BeaconBefore;
+    use coaxle_node::beacon::{BeaconBefore, CommonStamp};
 
     fn beacons() -> Beacons {
         let config = coaxle_node::config::parse("test", "connect = '127.0.0.1:1'\nper-s = 50");
-        Beacons::new(&config.unwrap(), 7)
+        Beacons::new(&config.unwrap(), 7, false)
     }
 
     fn at(micros: i64) -> Instant<Local> {
@@ -226,6 +253,7 @@ mod tests {
                 requested: sent * 1_000,
                 stamps,
                 before: before.map(left),
+                ..BeaconRequest::default()
             },
             received: Span::from_micros(sent + 10),
             responded: Span::from_micros(sent + 500),
@@ -234,8 +262,16 @@ mod tests {
                 number,
                 left_ns: i64::from(number) * 20_000_000 + 504_000,
             }),
+            common: None,
         };
         (at(sent + 520), response)
+    }
+
+    fn exchange_of(measured: &Measured) -> Option<TimeResponse> {
+        match measured {
+            Measured::Exchange(_, exchange) => Some(*exchange),
+            Measured::CommonTime { .. } => None,
+        }
     }
 
     fn take(beacons: &mut Beacons, answers: &[u32], stamps: Stamps) -> Vec<TimeResponse> {
@@ -243,7 +279,7 @@ mod tests {
         for number in answers {
             let (at, response) = answer(*number, stamps);
             beacons.store(at, &response);
-            beacons.take(at, |_, exchange| known.push(*exchange));
+            beacons.take(at, |measured| known.extend(exchange_of(&measured)));
         }
         known
     }
@@ -291,6 +327,37 @@ mod tests {
     }
 
     #[test]
+    fn readings_of_a_common_time_come_with_the_response_itself() {
+        let mut beacons = beacons();
+        beacons.takes_common_time = true;
+        sent(&mut beacons, 2);
+        let stamp = |at_ns| CommonStamp {
+            at_ns,
+            time_ns: 5_000,
+            bound_ns: 100,
+            grandmaster: 3,
+        };
+        let (at, mut response) = answer(0, Stamps::Kernel);
+        response.request.common = Some(stamp(2_900));
+        response.common = Some(stamp(499_000));
+        beacons.store(at, &response);
+        let mut measured = Vec::new();
+        beacons.take(at, |one| measured.push(one));
+        let common = stamp(0).reading();
+        let far = FarCommonReading {
+            epoch: 5,
+            at: Span::from_nanos(499_000),
+            common,
+        };
+        let expected = Measured::CommonTime {
+            here: Instant::from_nanos(2_900),
+            own: Some(common),
+            far: Some(far),
+        };
+        assert_eq!(measured, [expected]);
+    }
+
+    #[test]
     fn answers_to_others_and_those_that_come_twice_are_rejected() {
         let mut beacons = beacons();
         sent(&mut beacons, 3);
@@ -312,8 +379,8 @@ mod tests {
         let (_, not_sent) = answer(3, Stamps::Kernel);
         for response in [good, good, of_other_run, long_ago, not_sent] {
             beacons.store(came + Span::from_millis(40), &response);
-            beacons.take(came + Span::from_millis(40), |_, _| {
-                panic!("nothing is known")
+            beacons.take(came + Span::from_millis(40), |measured| {
+                panic!("nothing is known, but {measured:?}")
             });
         }
         assert_eq!(
@@ -328,9 +395,9 @@ mod tests {
         sent(&mut beacons, 2);
         let (came, response) = answer(0, Stamps::Application);
         beacons.store(came, &response);
-        beacons.take(came - Span::from_micros(1), |_, _| panic!("too early"));
+        beacons.take(came - Span::from_micros(1), |_| panic!("too early"));
         let mut known = 0;
-        beacons.take(came, |_, _| known += 1);
+        beacons.take(came, |_| known += 1);
         assert_eq!(known, 1);
         assert_eq!(beacons.due(at(10_000_000)), Some(2));
         assert_eq!(beacons.due(at(10_000_100)), None);

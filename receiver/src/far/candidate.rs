@@ -176,9 +176,7 @@ impl Candidate {
         let clock = &mut self.clock;
         if let Some(beacons) = &mut self.beacons {
             // Before the clock's cycle, which uses the exchanges.
-            beacons.take(tick.ideal_start, |at, exchange| {
-                clock.timing_exchange(at, exchange);
-            });
+            beacons.take(tick.ideal_start, |measured| clock.take_measured(&measured));
         }
         self.news.following = self.news.header.and_then(|header| {
             clock.cycle(&header, tick, |at, response| {
@@ -310,6 +308,12 @@ impl Candidate {
     /// True if it could take over with its next frame.
     pub(super) fn could_take_over(&self, now: Instant<Local>) -> bool {
         self.is_known() && self.presence.is_steady(now, self.patience())
+    }
+
+    /// True if the time that both nodes have in common contradicts what the ways between them leave open.
+    pub(super) fn do_clocks_disagree(&self) -> bool {
+        let observed = self.clock.observation();
+        observed.is_some_and(|it| it.common_time.is_some_and(|it| it.is_contradicted()))
     }
 
     fn has_error(&self) -> bool {

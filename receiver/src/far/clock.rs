@@ -9,6 +9,7 @@ use coaxle_clock::{CycleTime, Instant, Local, Seconds};
 use coaxle_node::FrameHeader;
 use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSync, FilterMode};
 
+use super::beacons::Measured;
 use crate::config::FarConfig;
 
 /// Settings for following a far clock.
@@ -130,10 +131,14 @@ impl Clock {
         }
     }
 
-    /// Takes an exchange of the timing channel whose response arrived at `at`.
-    pub(super) fn timing_exchange(&mut self, at: Instant<Local>, exchange: &TimeResponse) {
-        if let Some(observed) = self.observed() {
-            observed.timing_exchange(at, exchange);
+    /// Takes what a response of the timing channel has brought.
+    pub(super) fn take_measured(&mut self, measured: &Measured) {
+        let Some(observed) = self.observed() else {
+            return;
+        };
+        match *measured {
+            Measured::Exchange(at, exchange) => observed.timing_exchange(at, &exchange),
+            Measured::CommonTime { here, own, far } => observed.common_time(here, own, far),
         }
     }
 

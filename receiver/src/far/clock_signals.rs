@@ -1,8 +1,8 @@
 //! Signals of a far clock.
 
-use coaxle_clock::far_clock::FarClockOutput;
+use coaxle_clock::far_clock::{CommonTimeOutput, FarClockOutput};
 use coaxle_clock::time_sync::TimeSyncState;
-use coaxle_clock::{Instant, Local, Span};
+use coaxle_clock::{Instant, Local, Seconds, Span};
 
 use super::clock::ClockOutput;
 use super::micros;
@@ -36,6 +36,7 @@ pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeS
         observer,
         delay,
         timing,
+        common_time,
         ..
     } = observed;
     let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
@@ -72,4 +73,21 @@ pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeS
     signals.timing_exchanges = timing.exchanges;
     signals.timing_refused = timing.refused;
     signals.timing_restarts = timing.restarts;
+    if let Some(common) = common_time {
+        show_common_time(common, signals);
+    }
+}
+
+fn show_common_time(common: &CommonTimeOutput, signals: &mut FarNodeSignals) {
+    let timing = &common.timing;
+    signals.common_time_state = Some(timing.state);
+    signals.common_time_lack = Some(common.lack);
+    signals.common_time_apart_us = micros(timing.apart);
+    // Its exchanges take twice what both are off by.
+    let bound = |round_trip: Seconds| 0.5 * round_trip.as_micros();
+    signals.common_time_bound_us = timing.round_trip.map(bound);
+    signals.common_time_sigma_us = micros(timing.sigma);
+    signals.common_time_age_s = timing.age.map(Span::as_secs_f64);
+    signals.common_time_readings = timing.exchanges;
+    signals.common_time_restarts = timing.restarts;
 }

@@ -88,15 +88,28 @@ const FRAMES: usize = 8;
 // some frames remain.
 const FRAMES_OF_FAULTS: usize = 128;
 
+/// The own node, as its far nodes have to know it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OwnNode {
+    pub(crate) cycle_time: CycleTime,
+    /// Its run.
+    pub(crate) run: u64,
+    /// True if it has a time in common with others, or is to have one.
+    pub(crate) takes_common_time: bool,
+}
+
 impl FarNode {
-    /// Creates the node for `run`, the run of the own node; `numbers` are those of the node and of
-    /// its standbys among all received nodes.
+    /// Creates the node; `numbers` are those of the node and of its standbys among all received nodes.
     pub(crate) fn new(
         config: &FarConfig,
-        cycle_time: CycleTime,
-        run: u64,
+        own: OwnNode,
         numbers: &[usize],
     ) -> Result<Self, WrongParameter> {
+        let OwnNode {
+            cycle_time,
+            run,
+            takes_common_time,
+        } = own;
         let axis = |axis: &FarAxisConfig| Axis::new(cycle_time, config, axis);
         let candidate = |(place, number): (usize, &usize)| {
             let inbox = Inbox::new(
@@ -116,7 +129,8 @@ impl FarNode {
             let encoders = config.axes.iter().map(encoder).collect::<Result<_, _>>()?;
             // A config has one address for the timing channel: that of the node itself.
             let beacons = config.timing.as_ref().filter(|_| place == 0);
-            let beacons = beacons.map(|timing| Box::new(Beacons::new(timing, run)));
+            let beacons =
+                beacons.map(|timing| Box::new(Beacons::new(timing, run, takes_common_time)));
             let candidate = Candidate::new(config, cycle_time, *number, inbox, setup, encoders)?;
             Ok(candidate.with_beacons(beacons))
         };
@@ -395,6 +409,10 @@ fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
     }
     if node.clock.synchronises() && !correction.synced {
         return Health::StartingUp;
+    }
+    // Last: set values are in order, by the clock as it was before.
+    if node.do_clocks_disagree() {
+        return Health::ClocksDisagree;
     }
     Health::Ok
 }

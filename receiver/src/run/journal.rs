@@ -1,5 +1,6 @@
 //! Log events of a receiver.
 
+mod common_time;
 mod delay;
 mod late_frames;
 mod plans;
@@ -18,6 +19,7 @@ use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::ReceiverSnapshot;
 use coaxle_remote::{ContinuityState, FilterState};
+use common_time::clocks_disagree;
 use delay::{Asked, delay, denied};
 use late_frames::LateFrames;
 use plans::{of_contradictions, of_refusals};
@@ -361,6 +363,7 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
             "followed, but none of its standbys could take over",
         ),
         (Health::OnStandby, _) => Note::new(Level::Warning, "a standby is followed"),
+        (Health::ClocksDisagree, _) => Note::new(Level::Warning, clocks_disagree(signals)),
         (Health::TwoSenders, _) => Note::new(
             Level::Error,
             "a second node of the same name publishes the same axes: the first one is followed, as long as it is heard",

@@ -49,6 +49,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "observer-sweep",
     "zero-lag",
     "timing-channel",
+    "common-time",
     "orders",
     "delay-step",
     "delay-step-large",

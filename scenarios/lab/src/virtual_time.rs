@@ -203,6 +203,7 @@ fn sender(scenario: &Scenario, config: &SenderConfig) -> anyhow::Result<NodeSetu
         name: config.name.to_string(),
         seed: scenario.seed_of(&config.name),
         clock: config.clock.clone(),
+        common_time: config.time.clone(),
         send_stamps: config.send_stamps,
         build: Box::new(move |start, run| {
             let sender = Sender::new(&config, start, run).expect("was built before");
@@ -218,6 +219,7 @@ fn receiver(scenario: &Scenario, config: &ReceiverConfig) -> anyhow::Result<Node
         name: config.name.to_string(),
         seed: scenario.seed_of(&config.name),
         clock: config.clock.clone(),
+        common_time: config.time.clone(),
         send_stamps: true,
         build: Box::new(move |start, run| {
             let drives = Drives::simulated();

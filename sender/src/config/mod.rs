@@ -32,8 +32,8 @@ use std::path::Path;
 
 use coaxle_clock::Span;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, LinkConfig, PresentAfterChoice, PresentAfterRange, RealTimeConfig,
-    TimingEndpoints, TimingServerConfig, TransportConfig, Wrong,
+    ClockConfig, CommonTimeConfig, CommonTimeSetup, CycleMicros, LinkConfig, PresentAfterChoice,
+    PresentAfterRange, RealTimeConfig, TimingEndpoints, TimingServerConfig, TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::frame::MAX_AXES;
@@ -72,6 +72,9 @@ pub struct SenderConfig {
     /// The timing channel, apart from the transport, for receivers that have one to it. None by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingServerConfig>,
+    /// Time that this PC has in common with others, stated in the responses of the timing channel. None by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<CommonTimeConfig>,
     /// Settings requested from the operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
@@ -150,6 +153,7 @@ impl SenderConfig {
         TimingEndpoints {
             listen: self.timing.as_ref().map(|timing| timing.listen),
             nodes: Vec::new(),
+            common_time: CommonTimeSetup::of(self.time.as_ref(), &self.clock),
         }
     }
 }

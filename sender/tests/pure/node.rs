@@ -146,6 +146,7 @@ fn beacons_are_answered_in_the_next_cycle_where_there_is_a_timing_channel() {
         left: Span::from_micros(60),
         stamps: Stamps::Kernel,
         before: None,
+        common: None,
     };
     let mut frame = Vec::new();
     let seal = BeaconSeal::new(&node.channel_key(Channel::BeaconResponses));

@@ -7,6 +7,7 @@ use coaxle_node::config::RealTimeConfig;
 use coaxle_os::machine;
 use coaxle_os::{Firewall, Os, System, SystemFacts};
 
+use super::clocks;
 use crate::machine::real_time::{self, Denied};
 
 /// A finding about this PC.
@@ -51,11 +52,13 @@ pub struct WakeUps {
 /// Examines the settings of this PC that matter for cycles.
 #[must_use]
 pub fn examine() -> Vec<Finding> {
-    let mut all = match Os::facts() {
-        Some(facts) => findings(&facts),
+    let facts = Os::facts();
+    let mut all = match &facts {
+        Some(facts) => findings(facts),
         // Systems other than Linux have no facts that are read: a note is all that can be said.
         None => vec![unknown_system()],
     };
+    all.extend(clocks::examine(facts.as_ref()));
     all.push(of_firewall(Os::firewall()));
     all
 }

@@ -1,5 +1,6 @@
-//! The PC on which a node runs: real-time settings, fitness for cycles, resources that a program needs, memory shared with a drive process.
+//! The PC on which a node runs: real-time settings, fitness for cycles, clocks, resources that a program needs, memory shared with a drive process.
 
+mod clocks;
 pub mod fitness;
 pub mod needs;
 pub mod real_time;

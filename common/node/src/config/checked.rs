@@ -111,6 +111,16 @@ checked_number! {
 }
 
 checked_number! {
+    /// Greatest error of a common time, µs.
+    CommonBoundMicros, "a number above 0, at most 100000", (Excluded(0.0), Included(1e5))
+}
+
+impl CommonBoundMicros {
+    /// Error of clocks that PTP disciplines with stamps of network cards.
+    pub const USUAL: Self = Self(1.0);
+}
+
+checked_number! {
     /// Beacons of the timing channel a second.
     BeaconsPerSecond, "a number from 1 to 200", (Included(1.0), Included(200.0))
 }

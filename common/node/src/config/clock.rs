@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::checked::{
     ChangeMicros, FaultMicros, FaultSeconds, FirstCount, PeriodSeconds, Ppm, WalkPpm,
 };
+use super::common_time::CommonTimeFaults;
 use super::list::at_most;
 use super::term::{Term, drift_terms};
 
@@ -44,6 +45,9 @@ pub struct ClockConfig {
     /// Jitter of each wake-up around its ideal instant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
+    /// Faults of the time that it has in common with other nodes.
+    #[serde(skip_serializing_if = "CommonTimeFaults::is_none")]
+    pub common_time: CommonTimeFaults,
     /// Delay of the first cycle after the node's start, µs.
     pub start_phase_us: FaultMicros,
     /// The count of its first cycle: for tests near the wrap of a counter, or beyond the

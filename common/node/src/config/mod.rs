@@ -5,6 +5,7 @@
 
 mod checked;
 mod clock;
+mod common_time;
 mod document;
 mod error;
 mod forgery;
@@ -25,11 +26,15 @@ mod wrong;
 
 pub use crate::guess::did_you_mean;
 pub use checked::{
-    AgeLimitMs, AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros,
-    DeadTimeMicros, DelayMicros, DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount,
-    Fraction, Increment, LeadMs, PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
+    AgeLimitMs, AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, CommonBoundMicros,
+    Coordinate, CycleMicros, DeadTimeMicros, DelayMicros, DurationSeconds, FaultMicros,
+    FaultSeconds, Finite, FirstCount, Fraction, Increment, LeadMs, PeriodSeconds, Positive, Ppm,
+    PresentAfterMs, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
+pub use common_time::{
+    CommonTimeChange, CommonTimeConfig, CommonTimeFaults, GrandmasterId, StatedBy,
+};
 pub(crate) use document::{document_of, document_of_table};
 pub use error::{ConfigError, Mistake};
 pub use forgery::{Forged, Forgery, Times};
@@ -42,7 +47,7 @@ pub use place::{Position, elements_of};
 pub use presentation::{PresentAfterChoice, PresentAfterLimits, PresentAfterRange};
 pub use real_time::RealTimeConfig;
 pub use term::{Between, Term, Wave};
-pub use timing::{TimingEndpoints, TimingLinkConfig, TimingServerConfig};
+pub use timing::{CommonTimeSetup, TimingEndpoints, TimingLinkConfig, TimingServerConfig};
 pub use transport::{TransportConfig, TransportMode};
 pub use unit::Unit;
 pub use wrong::Wrong;

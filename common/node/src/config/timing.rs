@@ -7,6 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checked::BeaconsPerSecond;
+use super::clock::ClockConfig;
+use super::common_time::{CommonTimeConfig, CommonTimeFaults};
 use super::link::LinkConfig;
 
 /// Timing server of a node, which responds to the beacons of its followers.
@@ -55,13 +57,35 @@ impl Default for BeaconsPerSecond {
 }
 
 /// The addresses of a node's timing channel.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TimingEndpoints {
     /// Address on which it responds to beacons.
     pub listen: Option<SocketAddr>,
     /// Addresses of the timing servers that it sends beacons to, each with the number of the node
     /// among all that it receives from.
     pub nodes: Vec<(usize, SocketAddr)>,
+    /// Time in common with other nodes, read with each beacon.
+    pub common_time: Option<CommonTimeSetup>,
+}
+
+/// A common time, and what is injected into it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CommonTimeSetup {
+    /// The time.
+    pub config: CommonTimeConfig,
+    /// Its faults.
+    pub faults: CommonTimeFaults,
+}
+
+impl CommonTimeSetup {
+    /// Makes the set-up of a node with this config and this clock, if it has such a time.
+    #[must_use]
+    pub fn of(config: Option<&CommonTimeConfig>, clock: &ClockConfig) -> Option<Self> {
+        config.map(|config| Self {
+            config: config.clone(),
+            faults: clock.common_time.clone(),
+        })
+    }
 }
 
 impl TimingEndpoints {

@@ -4,6 +4,7 @@
 //! real subscription, while the simulation has only these. Same seed, same faults.
 
 mod clock;
+mod common_time;
 mod link;
 mod random;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod tampering;
 mod terms;
 
 pub use clock::{CycleJitter, DeviatedClock};
+pub use common_time::FaultyCommonTime;
 pub use link::{Deliveries, LinkModel};
 pub use random::{Random, link_seed, seed_of};
 pub use tampering::Tampering;

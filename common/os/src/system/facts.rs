@@ -21,4 +21,6 @@ pub struct SystemFacts {
     pub priority: Option<u64>,
     /// Memory that may be locked, bytes; none: all.
     pub memory: Option<u64>,
+    /// Clocks of network cards: device and name of each.
+    pub card_clocks: Vec<String>,
 }

@@ -29,6 +29,7 @@ pub use stamped_socket::StampedSocket;
 
 #[cfg(feature = "signals")]
 use crate::EndReason;
+use crate::PtpService;
 
 /// The system this was built for.
 #[cfg(target_os = "linux")]
@@ -46,9 +47,15 @@ pub trait System {
     /// A socket of a timing channel.
     type StampedSocket: StampedSocket + 'static;
 
+    /// Connection to the PTP service of this machine.
+    type PtpService: PtpService + 'static;
+
     /// Reads the time in ns of a clock that never jumps. All processes of one machine read the same
     /// clock, so that their records can be compared.
     fn clock_ns() -> i64;
+
+    /// Reads International Atomic Time, ns since 1970; none if the system does not know it.
+    fn tai_ns() -> Option<i64>;
 
     /// Sleeps until [`clock_ns`](Self::clock_ns) reaches `deadline`, never less. Interrupting signals do
     /// not end it.

@@ -21,6 +21,7 @@ use super::{
 };
 #[cfg(feature = "signals")]
 use crate::EndReason;
+use crate::{PtpService, PtpState};
 
 /// System without any further support.
 ///
@@ -64,10 +65,16 @@ impl System for Portable {
     #[cfg(feature = "signals")]
     type EndSignals = CtrlC;
     type StampedSocket = ProgramStamped;
+    type PtpService = NoPtpService;
 
     fn clock_ns() -> i64 {
         let (begin, nanos) = origin();
         nanos + (clocks().0 - *begin).as_nanos() as i64
+    }
+
+    /// Knows none: the standard library has UTC alone.
+    fn tai_ns() -> Option<i64> {
+        None
     }
 
     #[expect(
@@ -224,6 +231,24 @@ impl EndSignals for CtrlC {
             // It cannot be received: then it ends the process, as it does without a listener.
             Err(_) => std::future::pending().await,
         }
+    }
+}
+
+/// No PTP service: none is known here.
+#[derive(Clone, Copy, Debug)]
+pub enum NoPtpService {}
+
+impl PtpService for NoPtpService {
+    fn open() -> io::Result<Self> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn ask(&mut self) -> io::Result<()> {
+        match *self {}
+    }
+
+    fn answer(&mut self) -> Option<PtpState> {
+        match *self {}
     }
 }
 

@@ -5,6 +5,8 @@ use std::net::SocketAddr;
 
 use coaxle_node::Stamps;
 
+use crate::ClockPair;
+
 /// A received datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReceivedDatagram {
@@ -72,23 +74,13 @@ const LONGEST_AGE_NS: i64 = 200_000_000;
 const READING_NS: i64 = 1_000;
 /// Change of the offset beyond which the clock was set, ns.
 const JUMP_NS: i64 = 20_000;
-/// Number of readings of both clocks; the narrowest counts.
-const READINGS: usize = 9;
 
 impl ClockOffset {
     /// Reads both: `clock`, `other`, `clock`, several times. True if the other one was set since the last
     /// time.
     pub fn measure(&mut self, clock: impl Fn() -> i64, other: impl Fn() -> i64) -> bool {
-        let mut narrowest = (i64::MAX, 0);
-        for _ in 0..READINGS {
-            let (before, between, after) = (clock(), other(), clock());
-            let width = after - before;
-            // An interruption between the readings widens them; the narrowest is off by half its width at most.
-            if width < narrowest.0 {
-                narrowest = (width, between - (before + width / 2));
-            }
-        }
-        let (_, offset) = narrowest;
+        let pair = ClockPair::read(clock, other);
+        let offset = pair.other - pair.clock;
         let before = self.newest.replace(offset);
         // A clock slewed by 500 ppm changes by this much in 40 ms. Mistaken for a jump it costs one stamp.
         before.is_some_and(|before| (offset - before).abs() > JUMP_NS)

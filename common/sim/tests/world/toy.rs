@@ -166,6 +166,7 @@ pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> N
         name: name.to_owned(),
         seed,
         clock: parse::<ClockConfig>("clock", clock).expect("a test's own input"),
+        common_time: None,
         send_stamps: true,
         build: Box::new(move |start, run| Toy {
             name: node.clone(),

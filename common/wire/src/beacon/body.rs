@@ -3,13 +3,19 @@
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use serde::{Deserialize, Serialize};
 
-use super::{BeaconBefore, BeaconRequest, BeaconResponse, Stamps};
+use super::{
+    BeaconBefore, BeaconRequest, BeaconResponse, COMMON_TIME_VERSION, CommonStamp, Stamps,
+};
 use crate::channel::Channel;
 use crate::frame::{FORMAT_VERSION, cycle_time, read, write};
 use crate::rejection::Rejection;
 
 /// A buffer of this many bytes holds the body of every beacon.
-pub const BEACON_CAPACITY: usize = 1 + 5 + 10 + 10 + 5 + (5 + 10 + 5 + 10 + 1 + 16) + 10;
+pub const BEACON_CAPACITY: usize =
+    1 + 5 + 10 + 10 + 5 + (5 + 10 + 5 + 10 + 1 + 16) + 10 + COMMON_CAPACITY;
+
+/// Length of the longest reading of a common time.
+pub(super) const COMMON_CAPACITY: usize = 1 + 10 + 10 + 5 + 10;
 
 /// Responder and its cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,19 +68,19 @@ impl BeaconLabel {
 }
 
 /// Writes the beacon of a node that follows another one into `out` and returns its length. It leaves in
-/// the cycle that ideally began at `ideal_start`.
+/// the cycle that ideally began at `ideal_start`. `takes_common_time`: its beacons have readings of one, and those of the
+/// responder are asked for.
 pub fn encode_beacon_request(
-    requester: u32,
-    run: u64,
-    number: u32,
+    label: &BeaconLabel,
+    takes_common_time: bool,
     ideal_start: Instant<Local>,
     out: &mut [u8; BEACON_CAPACITY],
 ) -> usize {
     let body = RequestBody {
-        version: FORMAT_VERSION,
-        requester,
-        run,
-        number,
+        version: version(takes_common_time),
+        requester: label.requester,
+        run: label.run,
+        number: label.number,
         ideal_start: ideal_start.as_nanos(),
     };
     write(&body, out).expect("the buffer holds the longest beacon")
@@ -88,7 +94,7 @@ pub fn encode_beacon_response(
     out: &mut [u8; BEACON_CAPACITY],
 ) -> usize {
     let body = ResponseBody {
-        version: FORMAT_VERSION,
+        version: version(request.takes_common_time),
         sender: header.sender,
         epoch: header.epoch,
         count: header.count,
@@ -102,7 +108,18 @@ pub fn encode_beacon_response(
         request_before: request.before,
         received,
     };
-    write(&body, out).expect("the buffer holds the longest beacon")
+    let length = write(&body, out).expect("the buffer holds the longest beacon");
+    match request.takes_common_time {
+        true => length + write(&request.common, &mut out[length..]).expect("it has room for that"),
+        false => length,
+    }
+}
+
+const fn version(takes_common_time: bool) -> u8 {
+    match takes_common_time {
+        true => COMMON_TIME_VERSION,
+        false => FORMAT_VERSION,
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -135,6 +152,8 @@ pub(super) struct DepartureSpans {
     pub(super) left: Span,
     pub(super) stamps: Stamps,
     pub(super) before: Option<(u32, Span)>,
+    /// A reading of the common time, with the span to its instant.
+    pub(super) common: Option<CommonStamp>,
 }
 
 impl DepartureSpans {
@@ -144,15 +163,23 @@ impl DepartureSpans {
             left_ns: ideal_start_ns.saturating_add(left.as_nanos()),
         })
     }
+
+    fn common_since(&self, ideal_start_ns: i64) -> Option<CommonStamp> {
+        self.common.map(|common| CommonStamp {
+            at_ns: ideal_start_ns.saturating_add(common.at_ns),
+            ..common
+        })
+    }
 }
 
 /// Reads the request, and the bytes after its body.
 pub(super) fn read_request(
     content: &[u8],
-    departed: impl FnOnce(&[u8]) -> Result<DepartureSpans, Rejection>,
+    departed: impl FnOnce(&[u8], bool) -> Result<DepartureSpans, Rejection>,
 ) -> Result<BeaconRequest, Rejection> {
     let (body, rest) = read::<RequestBody>(content)?;
-    let departed = departed(rest)?;
+    let takes_common_time = body.version == COMMON_TIME_VERSION;
+    let departed = departed(rest, takes_common_time)?;
     Ok(BeaconRequest {
         requester: body.requester,
         run: body.run,
@@ -160,16 +187,23 @@ pub(super) fn read_request(
         requested: (body.ideal_start).saturating_add(departed.left.as_nanos()),
         stamps: departed.stamps,
         before: departed.before_since(body.ideal_start),
+        takes_common_time,
+        common: departed.common_since(body.ideal_start),
     })
 }
 
 /// Reads the response with the id of its responder.
 pub(super) fn read_response(
     content: &[u8],
-    departed: impl FnOnce(&[u8]) -> Result<DepartureSpans, Rejection>,
+    departed: impl FnOnce(&[u8], bool) -> Result<DepartureSpans, Rejection>,
 ) -> Result<(u32, BeaconResponse), Rejection> {
     let (body, rest) = read::<ResponseBody>(content)?;
-    let departed = departed(rest)?;
+    let takes_common_time = body.version == COMMON_TIME_VERSION;
+    let (request_common, rest) = match takes_common_time {
+        true => read::<Option<CommonStamp>>(rest)?,
+        false => (None, rest),
+    };
+    let departed = departed(rest, takes_common_time)?;
     let stamps = Stamps::of_code(body.requester_stamps).ok_or(Rejection::Malformed)?;
     let cycle_ns = cycle_time(body.cycle_time_ns)?.span().as_nanos();
     let ideal_start = cycle_ns.saturating_mul(i64::try_from(body.count).unwrap_or(i64::MAX));
@@ -182,11 +216,14 @@ pub(super) fn read_response(
             requested: body.requested,
             stamps,
             before: body.request_before,
+            takes_common_time,
+            common: request_common,
         },
         received: body.received,
         responded: Span::from_nanos(ideal_start.saturating_add(departed.left.as_nanos())),
         stamps: departed.stamps,
         before: departed.before_since(ideal_start),
+        common: departed.common_since(ideal_start),
     };
     Ok((body.sender, response))
 }

@@ -3,10 +3,10 @@
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
-use super::body::{BeaconLabel, DepartureSpans, read_request, read_response};
+use super::body::{BeaconLabel, COMMON_CAPACITY, DepartureSpans, read_request, read_response};
 use super::pair_keys::PairKeys;
 use super::secret::{BeaconSecret, TAG_LEN};
-use super::{BeaconRequest, BeaconResponse, Stamps};
+use super::{BeaconRequest, BeaconResponse, COMMON_TIME_VERSION, CommonStamp, Stamps};
 use crate::channel::Channel;
 use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
 use crate::rejection::Rejection;
@@ -20,6 +20,8 @@ pub struct Departure {
     pub stamps: Stamps,
     /// Number of the previous beacon to the same node, and its departure by its stamp.
     pub before: Option<(u32, Span)>,
+    /// Reading of the common time, with the span to its instant. Left out of beacons without a common time.
+    pub common: Option<CommonStamp>,
 }
 
 /// Seals the beacons of one node: its key is part of their check sum or of their authentication tag.
@@ -85,6 +87,12 @@ impl BeaconSeal {
         out.clear();
         out.extend_from_slice(body);
         out.extend_from_slice(&written[..length]);
+        if body.first() == Some(&COMMON_TIME_VERSION) {
+            let mut written = [0; COMMON_CAPACITY];
+            let length =
+                write(&departure.common, &mut written).expect("it holds the longest reading");
+            out.extend_from_slice(&written[..length]);
+        }
         let secret = match &self.tag {
             Tag::CheckSum(seal) => {
                 seal.append_checksum(out);
@@ -131,7 +139,9 @@ impl BeaconSeal {
         walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
     ) -> Result<&'a [u8], Rejection> {
         let secret = match &self.tag {
-            Tag::CheckSum(seal) => return seal.verify(payload, walk),
+            Tag::CheckSum(seal) => {
+                return seal.verify_version(payload, COMMON_TIME_VERSION, walk);
+            }
             Tag::Authentication(secret) => Some(secret),
             // Requests only: a node hears responses of one other each.
             Tag::ByRequester(keys) => BeaconLabel::of(Channel::BeaconRequests, payload)
@@ -139,7 +149,7 @@ impl BeaconSeal {
         };
         match payload.first() {
             None => Err(Rejection::Truncated),
-            Some(&FORMAT_VERSION) => {
+            Some(&(FORMAT_VERSION | COMMON_TIME_VERSION)) => {
                 let split = payload.split_last_chunk::<TAG_LEN>();
                 let (content, tag) = split.ok_or(Rejection::Truncated)?;
                 match secret {
@@ -153,8 +163,12 @@ impl BeaconSeal {
     }
 }
 
-fn read_departure(bytes: &[u8]) -> Result<DepartureSpans, Rejection> {
+fn read_departure(bytes: &[u8], takes_common_time: bool) -> Result<DepartureSpans, Rejection> {
     let (fields, rest) = read::<DepartureFields>(bytes)?;
+    let (common, rest) = match takes_common_time {
+        true => read::<Option<CommonStamp>>(rest)?,
+        false => (None, rest),
+    };
     if !rest.is_empty() {
         return Err(Rejection::TrailingBytes);
     }
@@ -162,5 +176,6 @@ fn read_departure(bytes: &[u8]) -> Result<DepartureSpans, Rejection> {
         left: fields.left,
         stamps: Stamps::of_code(fields.stamps).ok_or(Rejection::Malformed)?,
         before: fields.before,
+        common,
     })
 }

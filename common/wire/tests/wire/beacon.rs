@@ -9,7 +9,8 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_wire::beacon::{
     BEACON_CAPACITY, BeaconBefore, BeaconLabel, BeaconResponseHeader, BeaconSeal, BeaconSecret,
-    Departure, PairKeys, SECRET_LEN, TimingSecret, encode_beacon_request, encode_beacon_response,
+    CommonStamp, Departure, PairKeys, SECRET_LEN, TimingSecret, encode_beacon_request,
+    encode_beacon_response,
 };
 use coaxle_wire::beacon_server::MAX_BEACONS;
 use coaxle_wire::frame::sender_id;
@@ -43,11 +44,20 @@ fn read(reader: &Reader, payload: &[u8]) -> Vec<Message<'static>> {
     messages
 }
 
-fn departure(left: i64, before: Option<BeaconBefore>) -> Departure {
+fn departure(left: i64, before: Option<BeaconBefore>, common: Option<CommonStamp>) -> Departure {
     Departure {
         left: Span::from_nanos(left),
         stamps: Stamps::Kernel,
         before: before.map(|before| (before.number, Span::from_nanos(before.left_ns))),
+        common,
+    }
+}
+
+fn label_of(requester: u32) -> BeaconLabel {
+    BeaconLabel {
+        requester,
+        run: 7,
+        number: 1,
     }
 }
 
@@ -59,12 +69,19 @@ fn request_frame(request: &BeaconRequest) -> Vec<u8> {
         number,
         requested,
         before,
+        takes_common_time,
+        common,
         ..
     } = *request;
     let mut body = [0; BEACON_CAPACITY];
-    let length = encode_beacon_request(requester, run, number, Instant::EPOCH, &mut body);
+    let label = BeaconLabel {
+        requester,
+        run,
+        number,
+    };
+    let length = encode_beacon_request(&label, takes_common_time, Instant::EPOCH, &mut body);
     let mut payload = Vec::new();
-    let departure = departure(requested, before);
+    let departure = departure(requested, before, common);
     seal_of(Channel::BeaconRequests).seal(&body[..length], &departure, &mut payload);
     payload
 }
@@ -81,7 +98,11 @@ fn response_frame(sender: &str, response: &BeaconResponse) -> Vec<u8> {
     let received = response.received;
     let length = encode_beacon_response(&header, &response.request, received, &mut body);
     let mut payload = Vec::new();
-    let departure = departure(response.responded.as_nanos(), response.before);
+    let departure = departure(
+        response.responded.as_nanos(),
+        response.before,
+        response.common,
+    );
     seal_of(Channel::BeaconResponses).seal(&body[..length], &departure, &mut payload);
     payload
 }
@@ -94,6 +115,8 @@ fn request(number: u32) -> BeaconRequest {
         requested: 1_000_000,
         stamps: Stamps::Kernel,
         before: None,
+        takes_common_time: false,
+        common: None,
     }
 }
 
@@ -137,7 +160,7 @@ fn each_beacon_is_answered_by_one_of_its_own() {
     assert_eq!(numbers, [2, 3], "what has not arrived yet waits");
     let mut payload = Vec::new();
     let seal = seal_of(Channel::BeaconResponses);
-    seal.seal(&answered[0].1, &departure(12_000, None), &mut payload);
+    seal.seal(&answered[0].1, &departure(12_000, None, None), &mut payload);
     let expected = BeaconResponse {
         epoch: 9,
         request: request(2),
@@ -145,12 +168,13 @@ fn each_beacon_is_answered_by_one_of_its_own() {
         responded: Span::from_micros(4_012),
         stamps: Stamps::Kernel,
         before: None,
+        common: None,
     };
     assert_eq!(
         read(&responses(), &payload),
         [Message::BeaconResponse(expected)]
     );
-    seal.seal(&answered[1].1, &departure(0, None), &mut payload);
+    seal.seal(&answered[1].1, &departure(0, None, None), &mut payload);
     assert_eq!(read(&responses(), &payload), [], "for another node");
     let counters = server.counters();
     assert_eq!((counters.answered, counters.dropped), (2, 1));
@@ -174,7 +198,7 @@ fn what_is_no_beacon_is_refused_with_a_reason() {
         ref other => panic!("{other:?}"),
     };
     assert_eq!(refused(&[]), Rejection::Truncated);
-    assert_eq!(refused(&[2, 0, 0, 0, 0]), Rejection::WrongVersion);
+    assert_eq!(refused(&[3, 0, 0, 0, 0]), Rejection::WrongVersion);
     assert_eq!(refused(&good[..good.len() - 6]), Rejection::Truncated);
     let mut flipped = good.clone();
     flipped[3] ^= 4;
@@ -212,8 +236,8 @@ fn only_who_knows_the_secret_is_heard() {
     let (seal, reader) = authenticated('a');
     let (other_seal, other_reader) = authenticated('b');
     let mut body = [0; BEACON_CAPACITY];
-    let length = encode_beacon_request(5, 7, 1, Instant::EPOCH, &mut body);
-    let departure = departure(0, None);
+    let length = encode_beacon_request(&label_of(5), false, Instant::EPOCH, &mut body);
+    let departure = departure(0, None, None);
     let mut sealed = Vec::new();
     seal.seal(&body[..length], &departure, &mut sealed);
     assert!(matches!(
@@ -257,11 +281,11 @@ fn pair_keys(own: &str, others: &[&str]) -> PairKeys {
 fn request_by(requester: &str, keys: &PairKeys, pair: &str) -> Vec<u8> {
     let mut body = [0; BEACON_CAPACITY];
     let id = sender_id(&name(requester));
-    let length = encode_beacon_request(id, 7, 1, Instant::EPOCH, &mut body);
+    let length = encode_beacon_request(&label_of(id), false, Instant::EPOCH, &mut body);
     let seal = seal_of(Channel::BeaconRequests);
     let seal = seal.authenticated(keys.of(&name(pair)).expect("a key"));
     let mut sealed = Vec::new();
-    assert!(seal.seal(&body[..length], &departure(0, None), &mut sealed));
+    assert!(seal.seal(&body[..length], &departure(0, None, None), &mut sealed));
     sealed
 }
 
@@ -307,7 +331,7 @@ fn a_member_cannot_forge_the_beacons_of_another_pair() {
         let length = encode_beacon_response(&header, &request, Span::ZERO, &mut body);
         let seal = seal_of(Channel::BeaconResponses).authenticated_by(&press);
         let mut sealed = Vec::new();
-        let is_sealed = seal.seal(&body[..length], &departure(0, None), &mut sealed);
+        let is_sealed = seal.seal(&body[..length], &departure(0, None, None), &mut sealed);
         (is_sealed, sealed)
     };
     let responses = |own: &str, keys: &PairKeys| -> Reader {
@@ -364,6 +388,19 @@ fn before() -> impl Strategy<Value = Option<BeaconBefore>> {
     proptest::option::of((any::<u32>(), any::<i64>()).prop_map(before))
 }
 
+/// Whether there is to be a common time, and a reading of it.
+fn common() -> impl Strategy<Value = (bool, Option<CommonStamp>)> {
+    let stamp = |(at_ns, time_ns, bound_ns, grandmaster)| CommonStamp {
+        at_ns,
+        time_ns,
+        bound_ns,
+        grandmaster,
+    };
+    let stamp = any::<(i64, i64, u32, u64)>().prop_map(stamp);
+    let taken = proptest::option::of(stamp).prop_map(|common| (true, common));
+    prop_oneof![Just((false, None)), taken]
+}
+
 fn any_request() -> impl Strategy<Value = BeaconRequest> {
     let parts = (
         any::<u32>(),
@@ -371,15 +408,18 @@ fn any_request() -> impl Strategy<Value = BeaconRequest> {
         any::<u32>(),
         any::<i64>(),
         before(),
+        common(),
     );
     parts.prop_map(
-        |(requester, run, number, requested, before)| BeaconRequest {
+        |(requester, run, number, requested, before, (takes_common_time, common))| BeaconRequest {
             requester,
             run,
             number,
             requested,
             stamps: Stamps::Kernel,
             before,
+            takes_common_time,
+            common,
         },
     )
 }
@@ -399,6 +439,7 @@ proptest! {
         epoch in any::<u64>(),
         stamps in any::<(i64, i64)>(),
         before in before(),
+        common in common(),
     ) {
         let requester = sender_id(&name("saw"));
         let response = BeaconResponse {
@@ -408,6 +449,7 @@ proptest! {
             responded: Span::from_nanos(stamps.1),
             stamps: Stamps::Kernel,
             before,
+            common: common.1.filter(|_| request.takes_common_time),
         };
         let payload = response_frame("press", &response);
         prop_assert_eq!(read(&responses(), &payload), [Message::BeaconResponse(response)]);

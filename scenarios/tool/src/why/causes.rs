@@ -181,7 +181,7 @@ impl FarNodeStatus<'_> {
             ));
         }
         let remedy = match health {
-            "ok" | "no-standby" | "on-standby" => return None,
+            "ok" | "no-standby" | "on-standby" | "clocks-disagree" => return None,
             "waiting-for-master" => "wait for its first frame; `coaxle nodes` lists who is there",
             "starting-up" => "wait: a clock is known after one to five seconds",
             "disabled" => "`coaxle command` with enable",

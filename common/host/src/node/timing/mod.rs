@@ -4,6 +4,7 @@
 //! A thread of its own receives; the publish thread sends. The two share the socket and the
 //! addresses of the requesters.
 
+mod common_time;
 mod receiver;
 mod secured;
 mod sender;
@@ -26,6 +27,7 @@ use crate::node::counters::Counters;
 use crate::node::faults::Faults;
 use crate::node::mailbox::Inbox;
 use crate::node::reception::{Contact, Reception};
+use common_time::CommonClock;
 use receiver::BeaconPath;
 use sender::BeaconChannel;
 
@@ -75,7 +77,9 @@ impl TimingChannel {
         tracing::info!(%node, "timing channel on UDP {bound}, stamped by {stamps}");
         let peers = Peers::default();
         let keys = secured.as_ref().map(SecuredBeacons::keys).cloned();
-        let mut sender = BeaconSender::new(other, peers.clone());
+        let common = endpoints.common_time.as_ref();
+        let common = common.map(|setup| CommonClock::new(setup, seed));
+        let mut sender = BeaconSender::new(other, peers.clone()).with_common_time(common);
         // Requests to several nodes, and responses, share the socket.
         for publication in publications.iter().filter(|p| p.channel.is_timing()) {
             let Publication {

@@ -9,6 +9,7 @@ use coaxle_os::machine::{self, Machine};
 use coaxle_os::stamped_socket::StampedSocket;
 
 use super::Peers;
+use super::common_time::CommonClock;
 use crate::node::faults::Faults;
 use crate::node::outbox::OutgoingFrame;
 
@@ -47,6 +48,8 @@ pub(crate) struct BeaconSender<S> {
     /// Number of datagrams sent.
     number: u32,
     sealed: Vec<u8>,
+    /// Time in common with other nodes, if there is one.
+    common: Option<CommonClock>,
 }
 
 /// Latest departure of a datagram after the call that sends it.
@@ -66,7 +69,13 @@ impl<S: StampedSocket> BeaconSender<S> {
             sent: Vec::new(),
             number: 0,
             sealed: Vec::new(),
+            common: None,
         }
+    }
+
+    /// Reads a common time for each beacon.
+    pub(super) fn with_common_time(self, common: Option<CommonClock>) -> Self {
+        Self { common, ..self }
     }
 
     /// Adds a channel to send on.
@@ -120,6 +129,7 @@ impl<S: StampedSocket> BeaconSender<S> {
                     frame.since_ideal_start(left) - sent.earlier,
                 )
             }),
+            common: (self.common.as_mut()).and_then(|common| common.read(frame)),
         };
         if !channel.seal.seal(body, &departure, &mut self.sealed) {
             // The key of the pair has been withdrawn.

@@ -109,7 +109,12 @@ fn frame(channel: Channel) -> OutgoingFrame {
 fn request(number: u32) -> Vec<u8> {
     let mut body = [0; BEACON_CAPACITY];
     let ideal = Instant::<Local>::EPOCH;
-    let length = encode_beacon_request(sender_id(&name("saw")), 7, number, ideal, &mut body);
+    let label = BeaconLabel {
+        requester: sender_id(&name("saw")),
+        run: 7,
+        number,
+    };
+    let length = encode_beacon_request(&label, false, ideal, &mut body);
     body[..length].to_vec()
 }
 
@@ -246,6 +251,7 @@ fn answers_go_to_where_the_newest_good_beacon_came_from() {
             left: Span::ZERO,
             stamps: Stamps::Kernel,
             before: None,
+            common: None,
         };
         let seal = BeaconSeal::new(&key(Channel::BeaconRequests));
         seal.seal(&request(number), &departure, &mut sealed);
@@ -324,6 +330,7 @@ fn the_key_of_a_revoked_member_is_withdrawn_while_the_node_runs() {
         left: Span::ZERO,
         stamps: Stamps::Kernel,
         before: None,
+        common: None,
     };
     let seals = |seal: &BeaconSeal| seal.seal(&request(1), &departure, &mut Vec::new());
     let mut secured = SecuredBeacons::new(keys.clone(), folder.path());

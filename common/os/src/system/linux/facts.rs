@@ -23,7 +23,23 @@ pub(super) fn read() -> SystemFacts {
         governor: line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
         priority: getrlimit(Resource::Rtprio).current,
         memory: getrlimit(Resource::Memlock).current,
+        card_clocks: card_clocks(),
     }
+}
+
+/// Lists the clocks that PTP can discipline, as the kernel has them.
+fn card_clocks() -> Vec<String> {
+    let folder = "/sys/class/ptp";
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut clocks: Vec<_> = entries
+        .map(|entry| {
+            let device = entry.file_name().display().to_string();
+            let name = line(&format!("{folder}/{device}/clock_name"));
+            format!("{device} ({name})")
+        })
+        .collect();
+    clocks.sort();
+    clocks
 }
 
 fn line(path: &str) -> String {

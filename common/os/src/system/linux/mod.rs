@@ -4,6 +4,7 @@ mod facts;
 mod files;
 mod firewall;
 mod processes;
+mod ptp_service;
 #[cfg(feature = "signals")]
 mod signals;
 mod stamped_socket;
@@ -16,7 +17,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Duration;
 
-use rustix::time::{ClockId, clock_gettime};
+use rustix::time::{ClockId, DynamicClockId, clock_gettime, clock_gettime_dynamic};
 
 use super::{
     ChildSignal, Firewall, HeldFolder, OtherPermissions, Readers, ServiceState, SharedLock, System,
@@ -31,11 +32,18 @@ impl System for Linux {
     #[cfg(feature = "signals")]
     type EndSignals = signals::EndSignalListener;
     type StampedSocket = stamped_socket::KernelStamped;
+    type PtpService = ptp_service::Ptp4l;
 
     /// Reads `CLOCK_MONOTONIC`. An i64 of nanoseconds covers 292 years of uptime.
     fn clock_ns() -> i64 {
         let time = clock_gettime(ClockId::Monotonic);
         time.tv_sec * threads::NANOS_PER_SEC + time.tv_nsec
+    }
+
+    /// Reads `CLOCK_TAI`, which is `CLOCK_REALTIME` until a service sets its offset.
+    fn tai_ns() -> Option<i64> {
+        let time = clock_gettime_dynamic(DynamicClockId::Tai).ok()?;
+        Some(time.tv_sec * threads::NANOS_PER_SEC + time.tv_nsec)
     }
 
     fn sleep_until_ns(deadline: i64) {
