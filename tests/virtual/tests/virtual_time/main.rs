@@ -5,6 +5,7 @@ mod arrivals;
 mod cases;
 mod catalogue;
 mod common;
+mod common_time;
 mod cuts;
 mod determinism;
 mod faults;
