@@ -343,6 +343,7 @@ mod tests {
             governor: "performance".to_owned(),
             priority: Some(99),
             memory: None,
+            card_clocks: Vec::new(),
         };
         let all = findings(&good);
         assert!(
