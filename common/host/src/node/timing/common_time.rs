@@ -15,6 +15,9 @@ const ASKED_EVERY: Span = Span::from_secs(1);
 // Three answers are missing.
 const STALE_AFTER: Span = Span::from_secs(4);
 
+/// Questions without an answer after which the connection is made anew.
+const PATIENCE: u32 = 2;
+
 /// Common time of this machine, read for each beacon.
 pub(super) struct CommonClock {
     source: Source,
@@ -79,6 +82,8 @@ impl CommonClock {
 struct Service<P> {
     connection: Option<P>,
     asked: Option<Instant<Machine>>,
+    /// Questions without an answer.
+    unanswered: u32,
     newest: Option<(PtpState, Instant<Machine>)>,
     /// What was logged last.
     told: Option<Told>,
@@ -97,6 +102,7 @@ impl<P> Default for Service<P> {
         Self {
             connection: None,
             asked: None,
+            unanswered: 0,
             newest: None,
             told: None,
         }
@@ -109,6 +115,7 @@ impl<P: PtpService> Service<P> {
         let answer = self.connection.as_mut().and_then(PtpService::answer);
         if let Some(state) = answer {
             self.newest = Some((state, now));
+            self.unanswered = 0;
         }
         if self.asked.is_none_or(|asked| now - asked >= ASKED_EVERY) {
             let is_first = self.asked.replace(now).is_none();
@@ -130,6 +137,12 @@ impl<P: PtpService> Service<P> {
     }
 
     fn ask(&mut self) {
+        self.unanswered += 1;
+        if self.unanswered > PATIENCE {
+            // By another address: it may not reach this one.
+            self.connection = None;
+            self.unanswered = 0;
+        }
         if self.connection.is_none() {
             self.connection = P::open().ok();
         }

@@ -3,6 +3,7 @@
 use std::io;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::ptp::{PtpService, PtpState, answer, request};
@@ -15,30 +16,20 @@ const PATHS: [&str; 3] = ["/run/ptp4lro", "/var/run/ptp4lro", "/var/run/ptp4l"];
 pub struct Ptp4l {
     socket: UnixDatagram,
     sequence: u16,
+    /// File of the own address, if it has one.
+    file: Option<PathBuf>,
 }
 
 impl PtpService for Ptp4l {
     fn open() -> io::Result<Self> {
-        // An address of its own to answer to, in the name space without files.
-        static OPENED: AtomicU32 = AtomicU32::new(0);
-        let number = OPENED.fetch_add(1, Ordering::Relaxed);
-        let name = format!("coaxle-ptp-{}-{number}", std::process::id());
-        let socket = UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)?;
-        socket.set_nonblocking(true)?;
-        let mut refused = io::Error::from(io::ErrorKind::NotFound);
-        for path in PATHS {
-            match socket.connect(path) {
-                Ok(()) => {
-                    return Ok(Self {
-                        socket,
-                        sequence: 0,
-                    });
-                }
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-                Err(error) => refused = error,
-            }
-        }
-        Err(refused)
+        let (socket, file) = bound()?;
+        let mut service = Self {
+            socket,
+            sequence: 0,
+            file,
+        };
+        service.connect()?;
+        Ok(service)
     }
 
     fn ask(&mut self) -> io::Result<()> {
@@ -54,4 +45,42 @@ impl PtpService for Ptp4l {
         }
         newest
     }
+}
+
+impl Ptp4l {
+    fn connect(&mut self) -> io::Result<()> {
+        self.socket.set_nonblocking(true)?;
+        let mut refused = io::Error::from(io::ErrorKind::NotFound);
+        for path in PATHS {
+            match self.socket.connect(path) {
+                Ok(()) => return Ok(()),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => refused = error,
+            }
+        }
+        Err(refused)
+    }
+}
+
+impl Drop for Ptp4l {
+    fn drop(&mut self) {
+        if let Some(file) = &self.file {
+            // Left behind it would do no harm.
+            let _ = std::fs::remove_file(file);
+        }
+    }
+}
+
+/// Returns a socket with an address that the service can answer to: in turn one without a file, and one with.
+// A service with a /tmp of its own sees no file there, and one in another network namespace no address without a file.
+fn bound() -> io::Result<(UnixDatagram, Option<PathBuf>)> {
+    static OPENED: AtomicU32 = AtomicU32::new(0);
+    let number = OPENED.fetch_add(1, Ordering::Relaxed);
+    let name = format!("coaxle-ptp-{}-{number}", std::process::id());
+    if number % 2 == 0 {
+        let address = SocketAddr::from_abstract_name(name)?;
+        return Ok((UnixDatagram::bind_addr(&address)?, None));
+    }
+    let file = std::env::temp_dir().join(name);
+    Ok((UnixDatagram::bind(&file)?, Some(file)))
 }
