@@ -76,13 +76,13 @@ const GREATEST_BOUND: Span = Span::from_millis(100);
 /// Readings of two nodes, turned into exchanges.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CommonTime {
-    before: Option<Pair>,
+    before: Option<BothReadings>,
     lack: Option<CommonTimeLack>,
 }
 
 /// Readings in one exchange.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
+struct BothReadings {
     here: Instant<Local>,
     own: CommonReading,
     far: FarCommonReading,
@@ -102,7 +102,7 @@ impl CommonTime {
             self.before = None;
             return None;
         };
-        let before = self.before.replace(Pair { here, own, far })?;
+        let before = self.before.replace(BothReadings { here, own, far })?;
         before.placed(here, own)
     }
 
@@ -129,7 +129,7 @@ fn lack_of(own: Option<CommonReading>, far: Option<FarCommonReading>) -> CommonT
     }
 }
 
-impl Pair {
+impl BothReadings {
     /// Places the far reading on the local clock, by the own reading before it and the one after it.
     fn placed(
         &self,

@@ -37,17 +37,17 @@
 //! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] returns a number; the
 //! response comes back as a [`TimeResponse`] with its four stamps.
 
-use crate::common_time::{CommonReading, CommonTime, CommonTimeLack, FarCommonReading};
+mod output;
+
+use crate::common_time::{CommonReading, CommonTime, FarCommonReading};
 use crate::cycle::CycleTime;
 use crate::delay::{Asymmetry, DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
-use crate::observer::{
-    FarLine, FarTime, ObserverLine, ObserverOutput, ObserverParameters, ObserverState,
-    PhaseObserver,
-};
+use crate::observer::{FarLine, ObserverLine, ObserverParameters, ObserverState, PhaseObserver};
 use crate::time_sync::WrongParameter;
-use crate::timing::{Known, Steering, TimingChannel, TimingOutput, TimingState};
+use crate::timing::{Known, Steering, TimingChannel};
 use crate::two_way::TwoWay;
+pub use output::{CommonTimeOutput, FarClockOutput, FarReading};
 
 /// Responses that can wait for their cycle.
 pub const RESPONSES: usize = 16;
@@ -119,60 +119,6 @@ pub struct FarClock {
     /// The newest cycle, if there was one.
     cycled: Option<Instant<Local>>,
     newest: FarClockOutput,
-}
-
-/// Output of one cycle of a [`FarClock`].
-#[must_use]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FarClockOutput {
-    /// Far time, and the state of the observer.
-    pub observer: ObserverOutput,
-    /// Delay, and the state of its measurement.
-    pub delay: DelayOutput,
-    /// State of the timing channel.
-    pub timing: TimingOutput,
-    /// State of the common time; none before both nodes exchanged readings.
-    pub common_time: Option<CommonTimeOutput>,
-    /// True if far time is sure, or was and goes on as it did: leaving it would be a step.
-    pub is_sure: bool,
-}
-
-impl FarClockOutput {
-    /// Reports whether the corrections of messages have nothing to do with those of the cycle before: the sender
-    /// stood still and its counts mean other instants now. Far time itself goes on.
-    #[must_use]
-    pub const fn is_mapped_anew(&self) -> bool {
-        self.is_sure && self.observer.rebased
-    }
-}
-
-/// State and quality of the [common time](crate::common_time) of both nodes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CommonTimeOutput {
-    /// Why there is none now.
-    pub lack: CommonTimeLack,
-    /// Its exchanges. [Contradicted](crate::timing::TimingState::Contradicted): the clocks disagree with what the ways of messages leave open.
-    pub timing: TimingOutput,
-}
-
-impl CommonTimeOutput {
-    /// Reports whether the clocks that the nodes have in common are not what they state.
-    #[must_use]
-    pub const fn is_contradicted(&self) -> bool {
-        matches!(self.timing.state, TimingState::Contradicted)
-            || matches!(self.lack, CommonTimeLack::SecondsApart)
-    }
-}
-
-/// Far time at a local instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FarReading {
-    /// Time of the far clock.
-    pub time: FarTime,
-    /// Greatest error of that, as far as is known: three standard deviations of what was observed, what is still to
-    /// be slewed, and where the delay is measured, half of the least round trip. A delay that is neither measured nor
-    /// configured is not in it.
-    pub uncertainty: Seconds,
 }
 
 impl FarClock {

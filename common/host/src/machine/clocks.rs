@@ -6,7 +6,7 @@ use coaxle_node::config::GrandmasterId;
 use coaxle_os::machine;
 use coaxle_os::{Os, PtpService, PtpState, System, SystemFacts};
 
-use super::fitness::{Finding, Severity};
+use super::finding::{Finding, Severity};
 
 /// Time that the PTP service has to answer.
 const PATIENCE: Duration = Duration::from_millis(300);

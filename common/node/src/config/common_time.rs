@@ -13,7 +13,7 @@ use super::wrong::Wrong;
 /// Clock that this PC has in common with others: International Atomic Time as the operating system keeps it (`CLOCK_TAI`),
 /// disciplined by PTP or by another service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(try_from = "Form", into = "Form")]
+#[serde(try_from = "CommonTimeForm", into = "CommonTimeForm")]
 pub struct CommonTimeConfig {
     /// Who states the identity of the grandmaster.
     pub stated_by: StatedBy,
@@ -35,7 +35,7 @@ pub enum StatedBy {
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "CommonTime")]
-struct Form {
+struct CommonTimeForm {
     /// Source of the grandmaster's identity and of the error: `auto` asks the PTP service of this PC (`ptp4l`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     ptp: Option<PtpSource>,
@@ -56,10 +56,10 @@ enum PtpSource {
     Auto,
 }
 
-impl TryFrom<Form> for CommonTimeConfig {
+impl TryFrom<CommonTimeForm> for CommonTimeConfig {
     type Error = Wrong;
 
-    fn try_from(form: Form) -> Result<Self, Wrong> {
+    fn try_from(form: CommonTimeForm) -> Result<Self, Wrong> {
         let expected = "either ptp = \"auto\" or the identity of a grandmaster";
         let stated_by = match (form.ptp, form.grandmaster) {
             (Some(PtpSource::Auto), None) => StatedBy::Service,
@@ -74,7 +74,7 @@ impl TryFrom<Form> for CommonTimeConfig {
     }
 }
 
-impl From<CommonTimeConfig> for Form {
+impl From<CommonTimeConfig> for CommonTimeForm {
     fn from(config: CommonTimeConfig) -> Self {
         let (ptp, grandmaster) = match config.stated_by {
             StatedBy::Service => (Some(PtpSource::Auto), None),

@@ -161,6 +161,7 @@ impl FarNodeStatus<'_> {
         }
         found.extend(self.mode());
         if self.far.text("mode") == Some("observer") {
+            found.extend(self.common_time());
             found.extend(self.delay());
             found.extend(self.noise());
             found.extend(self.catching_up());
@@ -213,6 +214,23 @@ impl FarNodeStatus<'_> {
         Some(LimitingCause {
             remedy: Some("mode = \"observer\"".to_owned()),
             ..LimitingCause::of_unknown_size("mode", what, why)
+        })
+    }
+
+    /// A time in common that is not what it states.
+    fn common_time(&self) -> Option<LimitingCause> {
+        let is_contradicted = self.far.text("health") == Some("clocks-disagree");
+        let why = "PTP thinks that both PCs have one time, and the ways of beacons or messages do not permit it: an asymmetry that was set wrongly, \
+                   a clock in free run, another grandmaster.";
+        let remedy = "`common_time_apart_us` of both nodes says by how much: compare `pmc 'GET TIME_STATUS_NP'` of the PCs and of the switches between; \
+                      docs/CLOCKS.md";
+        is_contradicted.then(|| LimitingCause {
+            remedy: Some(remedy.to_owned()),
+            ..LimitingCause::of_unknown_size(
+                "clocks-disagree",
+                format!("the time in common with {} is not followed", self.name),
+                why,
+            )
         })
     }
 

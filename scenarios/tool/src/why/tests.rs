@@ -51,6 +51,11 @@ fn the_planted_cause_comes_first() {
             "unseen",
         ),
         (far, json!({ "health": "master-silent" }), "not-in-sync"),
+        (
+            far,
+            json!({ "health": "clocks-disagree" }),
+            "clocks-disagree",
+        ),
         (far, json!({ "mode": "bypass" }), "mode"),
         (far, json!({ "delay_uncertainty_us": 44.0 }), "delay"),
         (far, json!({ "offset_sigma_us": 9.0 }), "jitter"),

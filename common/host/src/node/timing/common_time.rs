@@ -18,18 +18,18 @@ const STALE_AFTER: Span = Span::from_secs(4);
 /// Questions without an answer after which the connection is made anew.
 const PATIENCE: u32 = 2;
 
-/// Common time of this machine, read for each beacon.
+/// Clock of the common time of this machine, read for each beacon.
 pub(super) struct CommonClock {
-    source: Source,
+    source: GrandmasterSource,
     bound: Span,
     /// Injected faults, if there are some, and when the node began.
     faults: Option<(FaultyCommonTime, Instant<Machine>)>,
 }
 
 /// Who knows where the time comes from.
-enum Source {
+enum GrandmasterSource {
     Stated(GrandmasterId),
-    Service(Service<<Os as System>::PtpService>),
+    Service(PolledService<<Os as System>::PtpService>),
 }
 
 impl CommonClock {
@@ -40,8 +40,8 @@ impl CommonClock {
         });
         Self {
             source: match setup.config.stated_by {
-                StatedBy::Config(grandmaster) => Source::Stated(grandmaster),
-                StatedBy::Service => Source::Service(Service::default()),
+                StatedBy::Config(grandmaster) => GrandmasterSource::Stated(grandmaster),
+                StatedBy::Service => GrandmasterSource::Service(PolledService::default()),
             },
             bound: setup.config.bound_us.span(),
             faults,
@@ -51,8 +51,8 @@ impl CommonClock {
     /// Reads it for a beacon of this frame, with the span since the ideal start of its cycle; none while it is lost.
     pub(super) fn read(&mut self, frame: &OutgoingFrame) -> Option<CommonStamp> {
         let (grandmaster, off) = match &mut self.source {
-            Source::Stated(grandmaster) => (grandmaster.number(), Span::ZERO),
-            Source::Service(service) => {
+            GrandmasterSource::Stated(grandmaster) => (grandmaster.number(), Span::ZERO),
+            GrandmasterSource::Service(service) => {
                 let state = service.state(machine::now())?;
                 (state.grandmaster, Span::from_nanos(state.offset_ns).abs())
             }
@@ -79,25 +79,25 @@ impl CommonClock {
 }
 
 /// The PTP service of this machine, asked now and then.
-struct Service<P> {
+struct PolledService<P> {
     connection: Option<P>,
     asked: Option<Instant<Machine>>,
     /// Questions without an answer.
     unanswered: u32,
     newest: Option<(PtpState, Instant<Machine>)>,
     /// What was logged last.
-    told: Option<Told>,
+    told: Option<ToldOfService>,
 }
 
 /// What is logged of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Told {
+enum ToldOfService {
     Followed(u64),
     Alone,
     Away,
 }
 
-impl<P> Default for Service<P> {
+impl<P> Default for PolledService<P> {
     fn default() -> Self {
         Self {
             connection: None,
@@ -109,7 +109,7 @@ impl<P> Default for Service<P> {
     }
 }
 
-impl<P: PtpService> Service<P> {
+impl<P: PtpService> PolledService<P> {
     /// Returns its state; none while it does not answer, or follows no grandmaster.
     fn state(&mut self, now: Instant<Machine>) -> Option<PtpState> {
         let answer = self.connection.as_mut().and_then(PtpService::answer);
@@ -127,9 +127,9 @@ impl<P: PtpService> Service<P> {
         }
         let fresh = self.newest.filter(|(_, at)| now - *at <= STALE_AFTER);
         self.tell(match fresh {
-            Some((state, _)) if state.is_present => Told::Followed(state.grandmaster),
-            Some(_) => Told::Alone,
-            None => Told::Away,
+            Some((state, _)) if state.is_present => ToldOfService::Followed(state.grandmaster),
+            Some(_) => ToldOfService::Alone,
+            None => ToldOfService::Away,
         });
         fresh
             .map(|(state, _)| state)
@@ -156,19 +156,19 @@ impl<P: PtpService> Service<P> {
         }
     }
 
-    fn tell(&mut self, told: Told) {
+    fn tell(&mut self, told: ToldOfService) {
         if self.told.replace(told) == Some(told) {
             return;
         }
         match told {
-            Told::Followed(grandmaster) => {
+            ToldOfService::Followed(grandmaster) => {
                 let grandmaster = GrandmasterId::from(grandmaster);
                 tracing::info!("common time: of the grandmaster {grandmaster}, by ptp4l");
             }
-            Told::Alone => {
+            ToldOfService::Alone => {
                 tracing::warn!("common time: ptp4l follows no grandmaster, so there is none")
             }
-            Told::Away => tracing::warn!(
+            ToldOfService::Away => tracing::warn!(
                 "common time: ptp4l does not answer at /run/ptp4lro or /var/run/ptp4l, so there is none; it has to run, in \
                  domain 0, and its socket to be accessible"
             ),
@@ -216,7 +216,7 @@ mod tests {
         };
         let at = |millis: i64| Instant::from_nanos(millis * 1_000_000);
         let answer = |state| ANSWER.set(state);
-        let mut service = Service::<Toy>::default();
+        let mut service = PolledService::<Toy>::default();
         answer(Some(state));
         assert_eq!(service.state(at(0)), None);
         assert_eq!(service.state(at(20)), Some(state));
