@@ -37,7 +37,7 @@ pub(super) struct Beacons {
 
 /// What a response brings.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Measured {
+pub(super) enum BeaconMeasurement {
     /// An exchange, whose response arrived then.
     Exchange(Instant<Local>, TimeResponse),
     /// Readings of the common time: the own one at an instant, and that of the responder.
@@ -106,7 +106,7 @@ impl Beacons {
     }
 
     /// Passes on what is known in the cycle that ideally begins at `now`.
-    pub(super) fn take(&mut self, now: Instant<Local>, mut each: impl FnMut(Measured)) {
+    pub(super) fn take(&mut self, now: Instant<Local>, mut each: impl FnMut(BeaconMeasurement)) {
         // In the order of their numbers, independent of their arrival.
         while let Some((at, response)) = self.next_waiting(now) {
             if !self.is_response(at, &response) {
@@ -123,12 +123,12 @@ impl Beacons {
             if response.weakest_stamps() == Stamps::Application {
                 self.before = None;
                 let exchange = exchange(&response, response.requested(), response.responded);
-                each(Measured::Exchange(at, exchange));
+                each(BeaconMeasurement::Exchange(at, exchange));
                 continue;
             }
             let before = self.before.replace((at, response));
             if let Some((arrived, known)) = before.and_then(|before| completed(before, &response)) {
-                each(Measured::Exchange(arrived, known));
+                each(BeaconMeasurement::Exchange(arrived, known));
             }
         }
     }
@@ -197,9 +197,9 @@ fn completed(
 }
 
 /// The readings of both nodes in one exchange.
-fn common_time(response: &BeaconResponse) -> Measured {
+fn common_time(response: &BeaconResponse) -> BeaconMeasurement {
     let request = &response.request;
-    Measured::CommonTime {
+    BeaconMeasurement::CommonTime {
         here: (request.common).map_or(response.requested(), |own| Instant::from_nanos(own.at_ns)),
         own: request.common.map(|own| own.reading()),
         far: response.common.map(|far| FarCommonReading {
@@ -267,10 +267,10 @@ mod tests {
         (at(sent + 520), response)
     }
 
-    fn exchange_of(measured: &Measured) -> Option<TimeResponse> {
+    fn exchange_of(measured: &BeaconMeasurement) -> Option<TimeResponse> {
         match measured {
-            Measured::Exchange(_, exchange) => Some(*exchange),
-            Measured::CommonTime { .. } => None,
+            BeaconMeasurement::Exchange(_, exchange) => Some(*exchange),
+            BeaconMeasurement::CommonTime { .. } => None,
         }
     }
 
@@ -349,7 +349,7 @@ mod tests {
             at: Span::from_nanos(499_000),
             common,
         };
-        let expected = Measured::CommonTime {
+        let expected = BeaconMeasurement::CommonTime {
             here: Instant::from_nanos(2_900),
             own: Some(common),
             far: Some(far),

@@ -9,7 +9,7 @@ use coaxle_clock::{CycleTime, Instant, Local, Seconds};
 use coaxle_node::FrameHeader;
 use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSync, FilterMode};
 
-use super::beacons::Measured;
+use super::beacons::BeaconMeasurement;
 use crate::config::FarConfig;
 
 /// Settings for following a far clock.
@@ -132,13 +132,15 @@ impl Clock {
     }
 
     /// Takes what a response of the timing channel has brought.
-    pub(super) fn take_measured(&mut self, measured: &Measured) {
+    pub(super) fn take_measured(&mut self, measured: &BeaconMeasurement) {
         let Some(observed) = self.observed() else {
             return;
         };
         match *measured {
-            Measured::Exchange(at, exchange) => observed.timing_exchange(at, &exchange),
-            Measured::CommonTime { here, own, far } => observed.common_time(here, own, far),
+            BeaconMeasurement::Exchange(at, exchange) => observed.timing_exchange(at, &exchange),
+            BeaconMeasurement::CommonTime { here, own, far } => {
+                observed.common_time(here, own, far)
+            }
         }
     }
 

@@ -92,7 +92,7 @@ const FRAMES_OF_FAULTS: usize = 128;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OwnNode {
     pub(crate) cycle_time: CycleTime,
-    /// Its run.
+    /// Run of the own node.
     pub(crate) run: u64,
     /// True if it has a time in common with others, or is to have one.
     pub(crate) takes_common_time: bool,

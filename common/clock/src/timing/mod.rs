@@ -31,6 +31,9 @@ tuning! {
         /// Longest exchange.
         // One beyond it is wrong.
         longest: Span = Span::from_secs(1),
+        /// Part of what both leave open within which a contradicted channel is believed again.
+        // What is left open changes with the newest ways by a tenth: a clock that runs away was named ten times a second in turn with being used.
+        reconciled: f64 = 0.5,
     }
 }
 
@@ -319,6 +322,7 @@ impl TimingChannel {
 
     fn judge(&mut self, now: Instant<Local>, far: &FarLine, known: Option<Known>) -> Steering {
         let was_in_use = self.state == TimingState::InUse;
+        let was_contradicted = self.state == TimingState::Contradicted;
         self.apart = None;
         let is_fresh = self
             .newest
@@ -334,7 +338,12 @@ impl TimingChannel {
         let apart = ahead - known.delay.0;
         self.apart = Some(Seconds(apart));
         // Both say how wrong they may be. Beyond the sum one of them is, and the transport's exchanges travel as the axes do.
-        if libm::fabs(apart) > known.uncertainty.0 + uncertainty {
+        let most = known.uncertainty.0 + uncertainty;
+        let most = match was_contradicted {
+            true => TUNING.reconciled * most,
+            false => most,
+        };
+        if libm::fabs(apart) > most {
             self.state = TimingState::Contradicted;
             return self.exchanges();
         }

@@ -9,13 +9,13 @@ use coaxle_os::{ClockPair, Os, PtpService, PtpState, System};
 
 use crate::node::outbox::OutgoingFrame;
 
-/// Interval between questions to the service.
+/// Interval between requests to the service.
 const ASKED_EVERY: Span = Span::from_secs(1);
 /// Age of its state after which the time is lost.
-// Three answers are missing.
+// Three responses are missing.
 const STALE_AFTER: Span = Span::from_secs(4);
 
-/// Questions without an answer after which the connection is made anew.
+/// Requests without a response after which the connection is made again.
 const PATIENCE: u32 = 2;
 
 /// Clock of the common time of this machine, read for each beacon.
@@ -82,7 +82,7 @@ impl CommonClock {
 struct PolledService<P> {
     connection: Option<P>,
     asked: Option<Instant<Machine>>,
-    /// Questions without an answer.
+    /// Requests without a response.
     unanswered: u32,
     newest: Option<(PtpState, Instant<Machine>)>,
     /// What was logged last.
