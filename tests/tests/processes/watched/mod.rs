@@ -5,6 +5,7 @@ mod browser;
 mod designer;
 mod line;
 mod page;
+mod ptp;
 mod replay;
 mod report;
 
