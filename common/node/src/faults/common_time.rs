@@ -33,8 +33,7 @@ impl FaultyCommonTime {
             if passed < Span::ZERO {
                 continue;
             }
-            off = off
-                + change.offset_us.span()
+            off += change.offset_us.span()
                 + Span::from_secs_f64(passed.as_secs_f64() * change.drift_ppm.get() * 1e-6);
             is_lost = change.lost.unwrap_or(is_lost);
             if let Some(grandmaster) = change.grandmaster {
@@ -43,7 +42,7 @@ impl FaultyCommonTime {
         }
         // Drawn in any case, so that a change leaves the noise as it was.
         let noise = self.faults.noise_us.get() * self.random.normal();
-        off = off + Span::from_micros_f64(noise);
+        off += Span::from_micros_f64(noise);
         stamp.time_ns = stamp.time_ns.saturating_add(off.as_nanos());
         (!is_lost).then_some(stamp)
     }
