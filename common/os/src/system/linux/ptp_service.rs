@@ -77,7 +77,7 @@ fn bound() -> io::Result<(UnixDatagram, Option<PathBuf>)> {
     static OPENED: AtomicU32 = AtomicU32::new(0);
     let number = OPENED.fetch_add(1, Ordering::Relaxed);
     let name = format!("coaxle-ptp-{}-{number}", std::process::id());
-    if number % 2 == 0 {
+    if number.is_multiple_of(2) {
         let address = SocketAddr::from_abstract_name(name)?;
         return Ok((UnixDatagram::bind_addr(&address)?, None));
     }
