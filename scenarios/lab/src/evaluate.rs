@@ -3,6 +3,7 @@
 mod coupling;
 mod cuts;
 mod drift;
+mod followed_delay;
 mod followed_motion;
 mod frame_age;
 mod judge;

@@ -12,6 +12,7 @@ use coaxle_sim::Truth;
 use super::TrackedMaster;
 use super::cuts::TrueMotion as _;
 use super::drift::DriftTruth;
+use super::followed_delay::FollowedDelay;
 use super::followed_motion::FollowedMotion;
 use super::frame_age::FrameAges;
 use super::lag::MasterLag;
@@ -72,8 +73,7 @@ impl MotionSource {
         };
         // Beyond the newest frame nothing is known but its own delay, which a receiver follows slowly.
         if record.axis.interpolated == Some(false) && !self.is_receiver {
-            let shown = (record.far.presentation_lag_us)
-                .map(|lag| Span::from_micros_f64(lag + record.node.hold_back_us * pace));
+            let shown = shown_later::shown_in(record, pace);
             let is_near = |shown: &Span| {
                 received.is_some_and(|newest| (newest - *shown).abs() <= FOLLOWED_WITHIN)
             };
@@ -132,6 +132,7 @@ pub(super) struct ReceiverJudge {
     fastest_master: f64,
     drift: DriftTruth,
     own_pace: OwnPace,
+    followed_delay: FollowedDelay,
     own_time: OwnTime,
     frame_ages: FrameAges,
     was_synced: bool,
@@ -213,6 +214,7 @@ impl ReceiverJudge {
             fastest_master: 0.0,
             drift: DriftTruth::default(),
             own_pace: OwnPace::default(),
+            followed_delay: FollowedDelay::default(),
             own_time: OwnTime::default(),
             frame_ages: FrameAges::default(),
             was_synced: false,
@@ -277,10 +279,14 @@ impl ReceiverJudge {
         };
         let own_pace = if source.is_led { pace() } else { 1.0 };
         let later = |left| source.later_in(&record, masters, own_pace, left);
+        let followed = |left| match source.is_led && !source.is_receiver {
+            true => (self.followed_delay).take(&record, later(left), own_pace, self.cycle_time),
+            false => later(left),
+        };
         let far = FollowedMotion {
             oracle,
             gear: source.gear,
-            later: shown_later::delay_in(&record, later, source.is_receiver, pace),
+            later: shown_later::delay_in(&record, followed, source.is_receiver, pace),
             start,
         };
         let truth = far.at(at);

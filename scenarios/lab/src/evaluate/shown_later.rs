@@ -78,7 +78,7 @@ pub(super) fn jerk_of(scenario: &Scenario, root: &Root) -> Option<f64> {
 /// that know a clock show an axis later, and what its drives wait for is still to pass. `delay` is that of what is to be shown a time later. Frames that are shown as they come state what is left.
 pub(super) fn delay_in(
     cycle: &ReceiverCycle,
-    delay: impl Fn(Span) -> Span,
+    delay: impl FnOnce(Span) -> Span,
     is_relayed: bool,
     pace: impl FnOnce() -> f64,
 ) -> Span {
@@ -97,6 +97,12 @@ pub(super) fn delay_in(
     };
     let left = Span::from_micros_f64(left_us);
     (delay(left) - left).max(Span::ZERO)
+}
+
+/// Delay by which the drives of a cycle show its axis, by the clock at the root, which runs at this `pace` by that of the receiver; none where it is shown now.
+pub(super) fn shown_in(cycle: &ReceiverCycle, pace: f64) -> Option<Span> {
+    let lag = cycle.far.presentation_lag_us?;
+    Some(Span::from_micros_f64(lag + cycle.node.hold_back_us * pace))
 }
 
 /// Pace of a receiver's own clock, by its cycles.
