@@ -14,7 +14,7 @@ use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::topology::{ReceiverAxis, Topology, View};
 use axis::AxisLiveness;
-use slave::SlaveLiveness;
+use slave::{SlaveLiveness, TargetMotion};
 
 /// Greatest distance of a relation that holds, u: a micrometre, …
 const TOLERANCE: f64 = 1e-3;
@@ -77,9 +77,14 @@ impl Liveness {
             let of_axis = axis.and_then(|axis| Some((axis.name.as_str(), axis.broken()?)));
             let of_slaves = view.slaves.iter();
             // Upstream an axis may be brought back, and its followers with it; values that are shown as they come go in beats.
-            let is_even = view.is_direct && view.axis.as_ref().is_none_or(AxisLiveness::is_even);
+            let is_even = view.axis.as_ref().is_none_or(AxisLiveness::is_even);
+            let motion = match (is_even, view.is_direct) {
+                (true, true) => TargetMotion::Even,
+                (true, false) => TargetMotion::Relayed,
+                (false, _) => TargetMotion::Beats,
+            };
             let of_slaves = of_slaves
-                .filter_map(move |slave| Some((slave.name.as_str(), slave.broken(is_even)?)));
+                .filter_map(move |slave| Some((slave.name.as_str(), slave.broken(motion)?)));
             let broken = of_axis.into_iter().chain(of_slaves);
             broken.map(|(name, what)| format!("{}.{name} {what}", view.receiver))
         })

@@ -90,13 +90,13 @@ fn an_axis_whose_master_is_rougher_than_its_limits_is_beside_it_by_no_more_than_
     let limits = "limits = { velocity = 500, acceleration = 1000, jerk = 30000 }";
     let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'a', {limits} }}\n");
     let config: ReceiverConfig = parse("r.toml", &text).expect("a config");
-    // Accelerations of ±200 u/s² in turn each 1 ms, and velocities of 1 to 2 u/s.
-    let fault = |turns: bool, distance: f64| {
+    // Accelerations of up to ±200 u/s² in turn, in each cycle of 1 ms or in every fourth one, and velocities of 1 to 2 u/s.
+    let fault_of = |every: u32, most: f64, distance: f64| {
         let mut watch = AxisLiveness::new(&config, &View::of_first_axis(1)).expect("a far axis");
         for cycle in 0..20_000_u32 {
-            let is_odd = turns && cycle % 2 == 1;
+            let is_odd = cycle / every % 2 == 1;
             let axis = FarAxisSignals {
-                received_acceleration: Some(if is_odd { 200.0 } else { -200.0 }),
+                received_acceleration: Some(if is_odd { most } else { -most }),
                 ..beside(
                     ContinuityState::Rejoining,
                     distance,
@@ -104,15 +104,19 @@ fn an_axis_whose_master_is_rougher_than_its_limits_is_beside_it_by_no_more_than_
                 )
             };
             let mut row = row(1e-3 * f64::from(cycle), axis);
-            row.record.far.count = Some(cycle.into());
+            row.record.far.count = Some((cycle / every).into());
             watch.push(&row);
         }
         watch.broken()
     };
+    let fault = |turns, distance| fault_of(1, if turns { 200.0 } else { 0.0 }, distance);
     // A stop from the difference of 1 u/s: 1 · √(1/15 000) = 8.2e-3 u, and the tolerance of 1e-3 u.
     assert_eq!(fault(true, 9e-3), None);
     assert!(fault(true, 9.5e-3).is_some());
     assert!(fault(false, 9e-3).is_some(), "a steady acceleration");
+    // The jerk of the axis is 30 u/s² in a cycle, however long a frame has been the newest one.
+    assert_eq!(fault_of(4, 16.0, 9e-3), None);
+    assert!(fault_of(4, 14.0, 9e-3).is_some());
 }
 
 #[test]
@@ -151,7 +155,7 @@ fn fault_of_slave(rows: impl IntoIterator<Item = (f64, SlaveSignals)>) -> Option
     for (t_s, slave) in rows {
         watch.push(t_s, 0, &slave);
     }
-    watch.broken(false)
+    watch.broken(TargetMotion::Beats)
 }
 
 #[test]
@@ -196,8 +200,12 @@ fn a_target_that_jumps_is_a_fault_where_its_master_moves_evenly() {
         let t_s = 1e-3 * f64::from(k);
         watch.push(t_s, 0, &coupled(t_s.floor() - 0.01, -0.01));
     }
-    assert_eq!(watch.broken(false), None, "in beats, or on the way");
-    let fault = watch.broken(true).expect("a fault");
+    assert_eq!(
+        watch.broken(TargetMotion::Beats),
+        None,
+        "in beats, or on the way"
+    );
+    let fault = watch.broken(TargetMotion::Even).expect("a fault");
     assert!(fault.contains("moved at 1000.000 u/s"), "{fault}");
 }
 
@@ -215,10 +223,39 @@ fn a_slave_of_an_axis_in_beats_is_within_a_beat_of_it() {
                 &coupled(target + distance, distance),
             );
         }
-        [false, true].map(|is_even| watch.broken(is_even).is_some())
+        [TargetMotion::Beats, TargetMotion::Even].map(|motion| watch.broken(motion).is_some())
     };
     assert_eq!(fault(0.19), [false, true]);
     assert_eq!(fault(0.21), [true, true]);
+}
+
+/// Swarm schedule 90356: behind two receivers of a chain that follow one in `bypass`.
+#[test]
+fn a_slave_whose_target_is_rougher_than_its_limits_is_beside_it_by_no_more_than_that_explains() {
+    // Velocities of 1 u/s and `swing` more in turn, each for eight cycles of 1 ms.
+    let fault = |swing: f64, distance: f64| {
+        let mut watch = SlaveLiveness::new(&config().slaves[0], None);
+        let mut target = 0.0;
+        for k in 0..20_000_u32 {
+            target += 1e-3 * (1.0 + swing * f64::from(k / 8 % 2));
+            watch.push(
+                1e-3 * f64::from(k),
+                0,
+                &coupled(target + distance, distance),
+            );
+        }
+        [
+            TargetMotion::Relayed,
+            TargetMotion::Beats,
+            TargetMotion::Even,
+        ]
+        .map(|motion| watch.broken(motion).is_some())
+    };
+    // 2000 u/s² for a cycle. A stop from the difference of 2 u/s: 2 · √(2/50 000) = 12.6e-3 u, and the tolerance of 1e-3 u.
+    assert_eq!(fault(2.0, 13e-3), [false, true, true]);
+    assert_eq!(fault(2.0, 14e-3), [true, true, true]);
+    // ±40 u/s², which change by less than the jerk allows in a cycle.
+    assert_eq!(fault(0.04, 13e-3), [true, true, true]);
 }
 
 #[test]
