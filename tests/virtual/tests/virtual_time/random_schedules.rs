@@ -312,6 +312,23 @@ const LOCK_REGRESSIONS: &[(u64, &str)] = &[
         "back from another mode, an axis was shown by the delay of before, and came to the one in force at 0.1 % of the time",
     ),
     (81_751, "as 81 098, of three links"),
+    (
+        90_111,
+        "a delay that had gone on while no frame came was to be followed at once",
+    ),
+    (
+        90_328,
+        "frames that last two cycles of a receiver were judged by what changes from one to the next, and not within a cycle",
+    ),
+    (
+        90_356,
+        "a slave was to be beside a target that changes its velocity more quickly than it can",
+    ),
+    (
+        90_447,
+        "by a rate that changed within a group of exchanges, two ways took less than they do, and the error that was stated was too small",
+    ),
+    (91_876, "as 90 111, over a freeze of 145 ms"),
 ];
 
 /// Seeds of every test run.
