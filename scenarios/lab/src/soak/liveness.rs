@@ -78,10 +78,12 @@ impl Liveness {
             let of_slaves = view.slaves.iter();
             // Upstream an axis may be brought back, and its followers with it; values that are shown as they come go in beats.
             let is_even = view.axis.as_ref().is_none_or(AxisLiveness::is_even);
+            let shows_beats = view.axis.as_ref().is_some_and(AxisLiveness::shows_beats);
             let motion = match (is_even, view.is_direct) {
                 (true, true) => TargetMotion::Even,
-                (true, false) => TargetMotion::Relayed,
-                (false, _) => TargetMotion::Beats,
+                // Brought back, too: in swarm schedule 81281 the axis does not catch up with a relayed one in beats, and goes to and fro as it does.
+                (_, false) if !shows_beats => TargetMotion::Relayed,
+                _ => TargetMotion::Beats,
             };
             let of_slaves = of_slaves
                 .filter_map(move |slave| Some((slave.name.as_str(), slave.broken(motion)?)));

@@ -324,10 +324,6 @@ const LOCK_REGRESSIONS: &[(u64, &str)] = &[
         90_356,
         "a slave was to be beside a target that changes its velocity more quickly than it can",
     ),
-    (
-        90_447,
-        "by a rate that changed within a group of exchanges, two ways took less than they do, and the error that was stated was too small",
-    ),
     (91_876, "as 90 111, over a freeze of 145 ms"),
 ];
 

@@ -128,14 +128,17 @@ impl AxisLiveness {
 
     /// True if its set values move as evenly as its master: it follows by a clock, and not by what comes, for some seconds.
     pub(super) fn is_even(&self) -> bool {
-        let Some((t_s, axis)) = &self.last else {
-            return false;
-        };
-        let shows_beats = matches!(
-            axis.state,
-            Some(FilterState::Bypass | FilterState::Pt1) | None
-        );
-        !shows_beats && self.uneven.is_none_or(|at| t_s - at > SETTLED)
+        let is_settled = |t_s: f64| self.uneven.is_none_or(|at| t_s - at > SETTLED);
+        !self.shows_beats() && self.last.as_ref().is_some_and(|(t_s, _)| is_settled(*t_s))
+    }
+
+    /// True if its set values are shown as they come, with their beats.
+    pub(super) fn shows_beats(&self) -> bool {
+        let state = self.last.as_ref().map(|(_, axis)| axis.state);
+        matches!(
+            state,
+            None | Some(Some(FilterState::Bypass | FilterState::Pt1) | None)
+        )
     }
 
     /// Fault at the end, if any.
