@@ -8,7 +8,7 @@ use crate::record::ReceiverCycle;
 /// Part of the time by which a receiver follows a delay: `SLEW` of `receiver::far::axis::presented`.
 const SLEW: f64 = 1e-3;
 /// Distance from that, in a cycle.
-// Of a hold-back of 10 ms, a drift that is learnt anew by 10 ppm; rounded it is 2 ns.
+// Of a hold-back of 10 ms, a drift that is learnt again by 10 ppm; rounded it is 2 ns.
 const TOLERANCE: Span = Span::from_nanos(100);
 
 /// Delay by which the newest cycle was judged.
