@@ -31,7 +31,12 @@ pub(super) fn examine(facts: Option<&SystemFacts>) -> Vec<Finding> {
     })
 }
 
+/// Asks the service, by either kind of address that it may answer to.
 fn ask() -> Option<PtpState> {
+    ask_once().or_else(ask_once)
+}
+
+fn ask_once() -> Option<PtpState> {
     let mut service = <<Os as System>::PtpService as PtpService>::open().ok()?;
     service.ask().ok()?;
     std::thread::park_timeout(PATIENCE);
