@@ -14,7 +14,8 @@ pub(crate) fn run(name: &str, overrides: &[&str]) -> Summary {
     run_source(&source, overrides)
 }
 
-fn run_source(source: &Source, overrides: &[&str]) -> Summary {
+/// A scenario with some fields set.
+pub(crate) fn run_source(source: &Source, overrides: &[&str]) -> Summary {
     let out = tempfile::tempdir().expect("a scratch folder");
     run_into(source, overrides, None, out.path())
 }

@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use coaxle_clock::cycle_lock::CycleLockState;
+use coaxle_clock::timing::TimingState;
 use coaxle_lab::catalog::FAULTS;
 use coaxle_lab::summary::Summary;
 use coaxle_lab::verdict::Verdict;
@@ -62,6 +63,34 @@ fn every_fault_with_a_receiver_whose_cycle_is_locked() {
         locked += 1;
     }
     assert!(locked > 20, "{locked}");
+}
+
+/// The error that is stated, which a common time makes small, is an invariant of every run.
+#[test]
+fn every_fault_with_a_time_in_common() {
+    let time = "{grandmaster=\"0000000000000001\", bound-us=0.2}";
+    let overrides = [
+        // Ways that take nothing bound a clock better than any statement.
+        "timing-network={latency-us=5, jitter={exponential-us=2}}".to_owned(),
+        "sender.belt.timing={listen=\"127.0.0.1:7450\"}".to_owned(),
+        "receiver.observer.timing={connect=\"127.0.0.1:7450\"}".to_owned(),
+        format!("sender.belt.time={time}"),
+        format!("receiver.observer.time={time}"),
+    ];
+    let overrides = overrides.each_ref().map(String::as_str);
+    let mut timed = 0;
+    let followed = FAULTS.iter().filter(|(_, text)| {
+        text.contains("name = \"observer\"") && text.contains("name = \"belt\"")
+    });
+    for (name, _) in followed {
+        let run = crate::common::run(name, &overrides);
+        let failed: Vec<_> = run.failed().map(ToString::to_string).collect();
+        assert!(failed.is_empty(), "{name}: {}", failed.join("\n"));
+        let state = run.receivers["observer"].last.far.common_time_state;
+        assert_eq!(state, Some(TimingState::InUse), "{name}");
+        timed += 1;
+    }
+    assert!(timed > 20, "{timed}");
 }
 
 #[test]
