@@ -178,7 +178,7 @@ signals! {
         timing_restarts: u32 [""] last,
         /// State of the time that both nodes have in common; none without one in the config.
         common_time_state: Option<TimingState> [""] last "common time",
-        /// Why there is none.
+        /// Reason why there is none.
         common_time_lack: Option<CommonTimeLack> [""] last "… lacks",
         /// Distance of the far clock by the common time from where messages and beacons have it.
         common_time_apart_us: Option<f64> ["µs"] last "… apart",

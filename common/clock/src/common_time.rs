@@ -106,7 +106,7 @@ impl CommonTime {
         before.placed(here, own)
     }
 
-    /// Why the two nodes have no common time; none before the first exchange.
+    /// Reason why the two nodes have no common time; none before the first exchange.
     pub(crate) const fn lack(&self) -> Option<CommonTimeLack> {
         self.lack
     }

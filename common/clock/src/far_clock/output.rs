@@ -34,9 +34,9 @@ impl FarClockOutput {
 /// State and quality of the [common time](crate::common_time) of both nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommonTimeOutput {
-    /// Why there is none now.
+    /// Reason why there is none now.
     pub lack: CommonTimeLack,
-    /// Its exchanges. [Contradicted](TimingState::Contradicted): the clocks disagree with what the ways of messages leave open.
+    /// Channel of its exchanges. [Contradicted](TimingState::Contradicted): the clocks disagree with what the ways of messages leave open.
     pub timing: TimingOutput,
 }
 

@@ -11,7 +11,7 @@ use super::finding::{Finding, Severity};
 /// Time that the PTP service has to answer.
 const PATIENCE: Duration = Duration::from_millis(300);
 
-/// What is known of the clocks.
+/// Properties of the clocks.
 #[derive(Clone, Debug, Default)]
 struct ClockFacts {
     /// Offset of TAI from UTC, s; none if the system has no TAI.

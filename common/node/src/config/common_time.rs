@@ -15,15 +15,14 @@ use super::wrong::Wrong;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "CommonTimeForm", into = "CommonTimeForm")]
 pub struct CommonTimeConfig {
-    /// Who states the identity of the grandmaster.
+    /// Source of the grandmaster's identity.
     pub stated_by: StatedBy,
     /// Greatest error of the clock against the grandmaster, beside what the service reports.
     pub bound_us: CommonBoundMicros,
 }
 
-/// Who states the identity of the grandmaster.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+/// Source of the grandmaster's identity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StatedBy {
     /// The PTP service of this PC, while it runs.
     Service,

@@ -73,7 +73,7 @@ pub struct TimingEndpoints {
 pub struct CommonTimeSetup {
     /// The time.
     pub config: CommonTimeConfig,
-    /// Its faults.
+    /// Faults injected into it.
     pub faults: CommonTimeFaults,
 }
 

@@ -9,7 +9,7 @@ const TAI_DRIFT: f64 = -40e-6;
 /// Stated greatest error of each node, ns.
 const BOUND: i64 = 100;
 
-/// What both nodes read of a clock that they have in common.
+/// Readings by both nodes of a clock that they have in common.
 #[derive(Clone, Copy)]
 struct Common {
     /// Error of the far node's reading, ns.

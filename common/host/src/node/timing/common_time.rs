@@ -26,7 +26,7 @@ pub(super) struct CommonClock {
     faults: Option<(FaultyCommonTime, Instant<Machine>)>,
 }
 
-/// Who knows where the time comes from.
+/// Source of the grandmaster's identity, as it is asked.
 enum GrandmasterSource {
     Stated(GrandmasterId),
     Service(PolledService<<Os as System>::PtpService>),
@@ -85,13 +85,13 @@ struct PolledService<P> {
     /// Requests without a response.
     unanswered: u32,
     newest: Option<(PtpState, Instant<Machine>)>,
-    /// What was logged last.
-    told: Option<ToldOfService>,
+    /// State that was logged last.
+    logged: Option<LoggedState>,
 }
 
-/// What is logged of the service.
+/// State of the service, as it is logged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ToldOfService {
+enum LoggedState {
     Followed(u64),
     Alone,
     Away,
@@ -104,7 +104,7 @@ impl<P> Default for PolledService<P> {
             asked: None,
             unanswered: 0,
             newest: None,
-            told: None,
+            logged: None,
         }
     }
 }
@@ -126,10 +126,10 @@ impl<P: PtpService> PolledService<P> {
             }
         }
         let fresh = self.newest.filter(|(_, at)| now - *at <= STALE_AFTER);
-        self.tell(match fresh {
-            Some((state, _)) if state.is_present => ToldOfService::Followed(state.grandmaster),
-            Some(_) => ToldOfService::Alone,
-            None => ToldOfService::Away,
+        self.log(match fresh {
+            Some((state, _)) if state.is_present => LoggedState::Followed(state.grandmaster),
+            Some(_) => LoggedState::Alone,
+            None => LoggedState::Away,
         });
         fresh
             .map(|(state, _)| state)
@@ -156,20 +156,20 @@ impl<P: PtpService> PolledService<P> {
         }
     }
 
-    fn tell(&mut self, told: ToldOfService) {
-        if self.told.replace(told) == Some(told) {
+    fn log(&mut self, logged: LoggedState) {
+        if self.logged.replace(logged) == Some(logged) {
             return;
         }
-        match told {
-            ToldOfService::Followed(grandmaster) => {
+        match logged {
+            LoggedState::Followed(grandmaster) => {
                 let grandmaster = GrandmasterId::from(grandmaster);
                 tracing::info!("common time: of the grandmaster {grandmaster}, by ptp4l");
             }
-            ToldOfService::Alone => {
+            LoggedState::Alone => {
                 tracing::warn!("common time: ptp4l follows no grandmaster, so there is none")
             }
-            ToldOfService::Away => tracing::warn!(
-                "common time: ptp4l does not answer at /run/ptp4lro or /var/run/ptp4l, so there is none; it has to run, in \
+            LoggedState::Away => tracing::warn!(
+                "common time: ptp4l does not answer at /var/run/ptp4lro or /var/run/ptp4l, so there is none; it has to run, in \
                  domain 0, and its socket to be accessible"
             ),
         }

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::ptp::{PtpService, PtpState, answer, request};
 
-/// Its sockets: the one for reading alone, which others than root may use, and that for all.
-const PATHS: [&str; 3] = ["/run/ptp4lro", "/var/run/ptp4lro", "/var/run/ptp4l"];
+/// Sockets of `ptp4l`: the one for reading alone, which others than root may use, and that for all.
+const PATHS: [&str; 2] = ["/var/run/ptp4lro", "/var/run/ptp4l"];
 
 /// Connection to `ptp4l`.
 #[derive(Debug)]

@@ -134,11 +134,8 @@ impl AxisLiveness {
 
     /// True if its set values are shown as they come, with their beats.
     pub(super) fn shows_beats(&self) -> bool {
-        let state = self.last.as_ref().map(|(_, axis)| axis.state);
-        matches!(
-            state,
-            None | Some(Some(FilterState::Bypass | FilterState::Pt1) | None)
-        )
+        let state = self.last.as_ref().and_then(|(_, axis)| axis.state);
+        matches!(state, Some(FilterState::Bypass | FilterState::Pt1) | None)
     }
 
     /// Fault at the end, if any.
