@@ -95,7 +95,7 @@ impl CommonStamp {
 }
 
 /// Beacon of a node that follows another one. The responder returns all of it unchanged in its response.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BeaconRequest {
     /// Requester: the CRC-32 of its node name.
     pub requester: u32,
@@ -117,7 +117,7 @@ pub struct BeaconRequest {
 }
 
 /// Beacon that responds to a [`BeaconRequest`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BeaconResponse {
     /// The run of the node that responds.
     pub epoch: u64,

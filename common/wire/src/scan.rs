@@ -1,5 +1,6 @@
 //! Inputs of a node before a scan, as bytes: replaying them gives the same outputs.
 
+mod beacons;
 #[cfg(test)]
 mod tests;
 
@@ -10,7 +11,7 @@ use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
-use crate::beacon::{BeaconRequest, BeaconResponse};
+use crate::beacon::CommonStamp;
 use crate::circle_change::{CircleChange, CircleOnWire};
 use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
@@ -20,6 +21,7 @@ use crate::message::{KeptMessage, Message, ReceivedReport};
 use crate::plan::PlannedPieceOnWire;
 use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
+use beacons::{RequestOnWire, ResponseOnWire};
 
 /// The first byte of a scan.
 pub const SCAN_VERSION: u8 = 1;
@@ -170,8 +172,8 @@ enum MessageOnWire {
     },
     /// Index in [`REJECTIONS`].
     Rejected(u8),
-    BeaconRequest(BeaconRequest),
-    BeaconResponse(BeaconResponse),
+    BeaconRequest(RequestOnWire),
+    BeaconResponse(ResponseOnWire),
     /// Presentation delay, ns, and the frame.
     PresentedFrame(u32, FrameOnWire),
     PlannedPiece(PlannedPieceOnWire),
@@ -184,6 +186,10 @@ enum MessageOnWire {
         axis_id: u32,
         state: StateBody,
     },
+    /// Of nodes with a common time: the request, and its reading.
+    CommonBeaconRequest(RequestOnWire, Option<CommonStamp>),
+    /// The response, and the readings of the requester and of the responder.
+    CommonBeaconResponse(ResponseOnWire, [Option<CommonStamp>; 2]),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -249,8 +255,17 @@ impl From<Message<'_>> for MessageOnWire {
                 received: response.received.as_nanos(),
                 responded: response.responded.as_nanos(),
             },
-            Message::BeaconRequest(request) => Self::BeaconRequest(request),
-            Message::BeaconResponse(response) => Self::BeaconResponse(response),
+            Message::BeaconRequest(request) => match request.takes_common_time {
+                false => Self::BeaconRequest((&request).into()),
+                true => Self::CommonBeaconRequest((&request).into(), request.common),
+            },
+            Message::BeaconResponse(response) => match response.request.takes_common_time {
+                false => Self::BeaconResponse((&response).into()),
+                true => {
+                    let common = [response.request.common, response.common];
+                    Self::CommonBeaconResponse((&response).into(), common)
+                }
+            },
             Message::PlannedPiece(piece) => Self::PlannedPiece(piece.into()),
             Message::PlanRefused(fault) => Self::PlanRefused(fault as u8),
             Message::FollowerReport(report) => Self::FollowerReport {
@@ -302,8 +317,14 @@ impl MessageOnWire {
                 received: Span::from_nanos(received),
                 responded: Span::from_nanos(responded),
             }),
-            Self::BeaconRequest(request) => Message::BeaconRequest(request),
-            Self::BeaconResponse(response) => Message::BeaconResponse(response),
+            Self::BeaconRequest(request) => Message::BeaconRequest(request.with(None)),
+            Self::BeaconResponse(response) => Message::BeaconResponse(response.with(None)),
+            Self::CommonBeaconRequest(request, common) => {
+                Message::BeaconRequest(request.with(Some(common)))
+            }
+            Self::CommonBeaconResponse(response, common) => {
+                Message::BeaconResponse(response.with(Some(common)))
+            }
             Self::PlannedPiece(piece) => Message::PlannedPiece(piece.into()),
             Self::PlanRefused(place) => {
                 let fault = PlanFault::ALL.get(usize::from(place));

@@ -1,6 +1,7 @@
 //! Scans come back from their bytes, and other bytes are named.
 
 use super::*;
+use crate::beacon::{BeaconBefore, BeaconRequest, BeaconResponse, Stamps};
 use crate::channel::Channel;
 use crate::message::PlannedPiece;
 use coaxle_axis::motion_plan::MotionPiece;
@@ -96,6 +97,93 @@ fn what_a_node_was_told_comes_back_to_the_last_bit() {
     assert_eq!(bits(&back), bits(&scan), "minus nothing, too");
     let quiet = NodeScan::default();
     assert_eq!(NodeScan::from_bytes(&quiet.to_bytes()), Ok(quiet));
+}
+
+fn of_one_message(message: &Message<'_>) -> NodeScan {
+    NodeScan {
+        received: vec![ReceivedMessage {
+            at: Instant::EPOCH,
+            subscription: 0,
+            message: KeptMessage::new(message),
+        }],
+        ..NodeScan::default()
+    }
+}
+
+/// Bytes as they have been written since there are beacons: recordings have them.
+#[test]
+fn beacons_without_a_common_time_stay_byte_for_byte() {
+    let before = |number| BeaconBefore {
+        number,
+        left_ns: -1,
+    };
+    let request = BeaconRequest {
+        requester: 5,
+        run: 7,
+        number: 3,
+        requested: 42,
+        stamps: Stamps::Kernel,
+        before: Some(before(2)),
+        ..BeaconRequest::default()
+    };
+    let response = BeaconResponse {
+        epoch: 9,
+        request,
+        received: Span::from_nanos(50),
+        responded: Span::from_nanos(60),
+        stamps: Stamps::Application,
+        ..BeaconResponse::default()
+    };
+    // One message, at 0, of subscription 0; its kind; its fields; no order, at 0.
+    let request_bytes = [5, 7, 3, 84, 1, 1, 2, 1];
+    let of_request = [&[1, 1, 0, 0, 4][..], &request_bytes, &[0, 0]].concat();
+    let of_response = [
+        &[1, 1, 0, 0, 5, 9][..],
+        &request_bytes,
+        &[100, 120, 0, 0, 0, 0],
+    ]
+    .concat();
+    for (message, bytes) in [
+        (Message::BeaconRequest(request), of_request),
+        (Message::BeaconResponse(response), of_response),
+    ] {
+        let scan = of_one_message(&message);
+        assert_eq!(scan.to_bytes(), bytes, "{message:?}");
+        assert_eq!(NodeScan::from_bytes(&bytes), Ok(scan));
+    }
+}
+
+#[test]
+fn readings_of_a_common_time_come_back() {
+    let stamp = |at_ns| CommonStamp {
+        at_ns,
+        time_ns: 1_800_000_000_000_000_000,
+        bound_ns: 250,
+        grandmaster: u64::MAX,
+    };
+    for (requester, responder) in [
+        (None, None),
+        (Some(stamp(-4)), None),
+        (Some(stamp(1)), Some(stamp(2))),
+    ] {
+        let request = BeaconRequest {
+            takes_common_time: true,
+            common: requester,
+            ..BeaconRequest::default()
+        };
+        let response = BeaconResponse {
+            request,
+            common: responder,
+            ..BeaconResponse::default()
+        };
+        for message in [
+            Message::BeaconRequest(request),
+            Message::BeaconResponse(response),
+        ] {
+            let scan = of_one_message(&message);
+            assert_eq!(NodeScan::from_bytes(&scan.to_bytes()), Ok(scan));
+        }
+    }
 }
 
 #[test]
