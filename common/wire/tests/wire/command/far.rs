@@ -2,7 +2,7 @@
 
 use super::*;
 use coaxle_clock::far_clock::DelaySource;
-use coaxle_clock::time_sync::WrongParameter;
+use coaxle_clock::time_sync::{AGE_LIMIT, TimeSyncParameters, WrongParameter};
 use coaxle_remote::{AxisSyncParameters, ExtrapolateParameters, FilterMode};
 use coaxle_wire::command::{FarOrder, FarRefusal, FarView, ParameterPart};
 
@@ -74,6 +74,11 @@ fn the_documented_example_of_parameters_has_them_all_at_their_defaults() {
         extrapolate: ExtrapolateParameters {
             max_position_diff: 0.5,
             ..ExtrapolateParameters::default()
+        },
+        // Stated, it is the manual's default; unstated, it depends on the mode.
+        time_sync: TimeSyncParameters {
+            age_of_data_limit: Some(AGE_LIMIT),
+            ..TimeSyncParameters::default()
         },
         ..AxisSyncParameters::default()
     };
