@@ -325,6 +325,10 @@ const LOCK_REGRESSIONS: &[(u64, &str)] = &[
         "a slave was to be beside a target that changes its velocity more quickly than it can",
     ),
     (91_876, "as 90 111, over a freeze of 145 ms"),
+    (
+        90_447,
+        "a rate that changed within a group of exchanges made the stated least round trip shorter than any was",
+    ),
 ];
 
 /// Seeds of every test run.
