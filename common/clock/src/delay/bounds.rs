@@ -14,7 +14,7 @@
 
 use super::COVERED;
 use super::trend::Trend;
-use super::window::{Exchange, Recent, Stamps};
+use super::window::{Exchange, ExchangeStamps, Recent};
 use crate::instant::{Instant, Local, Seconds};
 use crate::observer::FarLine;
 use crate::tuning::tuning;
@@ -58,9 +58,9 @@ pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     /// Stamps whose response limits the sender's lead from below.
-    least: Stamps,
+    least: ExchangeStamps,
     /// Stamps whose request limits the sender's lead from above.
-    most: Stamps,
+    most: ExchangeStamps,
     /// Possible error of the rate beside what the line knows of it, s/s.
     doubt: f64,
     /// Proof that the line is at another rate than the sender: no path can do that.
@@ -141,7 +141,7 @@ struct Agreeing {
 #[derive(Clone, Copy)]
 struct Limit {
     ahead: f64,
-    stamps: Stamps,
+    stamps: ExchangeStamps,
 }
 
 impl Agreeing {

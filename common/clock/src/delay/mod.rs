@@ -45,7 +45,7 @@ use bounds::Bounds;
 use drift::Whose;
 use estimate::Estimate;
 use step::Step;
-use window::{Exchange, Stamps, Window};
+use window::{Exchange, ExchangeStamps, Window};
 
 tuning! {
     /// Tuned constants of the exchange.
@@ -332,7 +332,7 @@ impl DelayExchange {
         {
             return Err(Refusal::Implausible);
         }
-        let stamps = Stamps {
+        let stamps = ExchangeStamps {
             requested: response.requested,
             received: response.received,
             responded: response.responded,
@@ -340,7 +340,7 @@ impl DelayExchange {
         };
         let exchange = Exchange::measured(stamps, line);
         let longest = Seconds::from(TUNING.longest).0;
-        // Stamps of a clock that leapt, or of somebody who makes them up.
+        // ExchangeStamps of a clock that leapt, or of somebody who makes them up.
         if libm::fabs(exchange.there) > longest || libm::fabs(exchange.back) > longest {
             return Err(Refusal::Implausible);
         }

@@ -30,12 +30,12 @@ pub(super) struct Exchange {
     /// See [`FarLine::corrected`].
     pub(super) corrected: Seconds,
     /// The stamps it was measured by.
-    pub(super) stamps: Stamps,
+    pub(super) stamps: ExchangeStamps,
 }
 
 /// Times when a request left and its response arrived, and when the sender received the one and sent the other.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stamps {
+pub(super) struct ExchangeStamps {
     pub(super) requested: Instant<Local>,
     pub(super) received: Span,
     pub(super) responded: Span,
@@ -44,7 +44,7 @@ pub(super) struct Stamps {
 
 impl Exchange {
     /// Measures the stamps against the line as it is now.
-    pub(super) fn measured(stamps: Stamps, line: &FarLine) -> Self {
+    pub(super) fn measured(stamps: ExchangeStamps, line: &FarLine) -> Self {
         Self {
             at: stamps.arrived,
             there: line.offset_at(stamps.received, stamps.requested).0,
@@ -106,7 +106,7 @@ impl Window {
             there: 0.0,
             back: 0.0,
             corrected: Seconds::ZERO,
-            stamps: Stamps {
+            stamps: ExchangeStamps {
                 requested: Instant::EPOCH,
                 received: Span::ZERO,
                 responded: Span::ZERO,

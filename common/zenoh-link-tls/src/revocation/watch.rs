@@ -19,11 +19,11 @@ const LOOK: Duration = Duration::from_secs(1);
 pub struct RevocationWatch {
     authority: PathBuf,
     file: PathBuf,
-    seen: Mutex<Seen>,
+    seen: Mutex<SeenFiles>,
 }
 
 #[derive(Debug, Default)]
-struct Seen {
+struct SeenFiles {
     looked: Option<Instant>,
     modified: Option<SystemTime>,
     list: Arc<RevocationList>,
@@ -53,7 +53,7 @@ impl RevocationWatch {
         Arc::clone(&seen.list)
     }
 
-    fn look(&self, seen: &mut Seen) {
+    fn look(&self, seen: &mut SeenFiles) {
         // Most networks have revoked nothing, and so have no such file.
         let modified = fs::metadata(&self.file).and_then(|facts| facts.modified());
         let Ok(modified) = modified else {
