@@ -44,7 +44,7 @@ impl PublishedFarAxes {
 }
 
 /// Builds an axis structure. Actual values are not corrected anywhere, so the set values are used.
-fn axis_struct(id: u32, master: &Master) -> NcToPlcAxis {
+pub(crate) fn axis_struct(id: u32, master: &Master) -> NcToPlcAxis {
     let set = master.set;
     NcToPlcAxis {
         state_word: state_word(master),

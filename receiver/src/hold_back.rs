@@ -24,7 +24,7 @@ pub(crate) enum Spare {
 }
 
 impl Spare {
-    /// Both of them.
+    /// Combines two: the lesser one of those that are known.
     pub(crate) fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::Absent, one) | (one, Self::Absent) => one,

@@ -17,6 +17,7 @@
 //! coaxle-receiver --no-default-features --example own_drive`.
 
 mod arrivals;
+mod axes_frame;
 mod cam_source;
 pub mod config;
 mod drives;

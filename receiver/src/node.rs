@@ -9,7 +9,7 @@ use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
 use coaxle_node::config::Wrong;
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
-use coaxle_node::frame::{body_capacity, encode_body, sender_id};
+use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{
@@ -19,6 +19,7 @@ use coaxle_node::{
 };
 use coaxle_slave::{Command, Refusal};
 
+use crate::axes_frame::AxesFrame;
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
 use crate::own_cycle::OwnCycle;
@@ -81,50 +82,6 @@ enum Source {
 struct Identity {
     sender: u32,
     epoch: u64,
-}
-
-/// A frame of axes that the node publishes once per cycle.
-#[derive(Debug)]
-struct AxesFrame {
-    channel: Channel,
-    body: Vec<u8>,
-    /// Bytes of `body` that wait to be sent.
-    pending: Option<usize>,
-    is_subscribed: bool,
-}
-
-impl AxesFrame {
-    /// Creates a frame for this number of axes.
-    fn new(channel: Channel, axes: usize) -> Self {
-        Self {
-            channel,
-            body: vec![0; body_capacity(axes)],
-            pending: None,
-            // Until the host knows better: a frame without subscribers costs little, a missing one an error stop
-            // elsewhere.
-            is_subscribed: true,
-        }
-    }
-
-    /// Encodes the frame of this cycle, if there are axes and subscribers.
-    fn encode<'a>(&mut self, header: &FrameHeader, axes: impl FnOnce() -> &'a [NcToPlcAxis]) {
-        self.pending = match self.is_subscribed.then(axes) {
-            None | Some([]) => None,
-            // The body has room for a frame of all axes, so that encoding cannot fail.
-            Some(axes) => encode_body(header, axes, &mut self.body).ok(),
-        };
-    }
-
-    /// Takes the pending frame, once.
-    fn take(&mut self, ideal_start: Instant<Local>) -> Option<Outgoing<'_>> {
-        let length = self.pending.take()?;
-        Some(Outgoing {
-            channel: self.channel,
-            far: 0,
-            ideal_start,
-            body: &self.body[..length],
-        })
-    }
 }
 
 impl Receiver {
@@ -220,6 +177,12 @@ impl Receiver {
     #[must_use]
     pub fn virtual_axes(&self) -> &[NcToPlcAxis] {
         self.pipeline.virtual_axes.axes()
+    }
+
+    /// A far axis in the newest cycle, as its slaves follow it; none without data. Axes count in the order of the config.
+    #[must_use]
+    pub fn far_axis(&self, number: usize) -> Option<NcToPlcAxis> {
+        self.pipeline.corrected_axis(number)
     }
 
     fn unknown_slave(&self, received: SlaveName) -> CommandOutcome {

@@ -10,7 +10,7 @@ use coaxle_node::config::Wrong;
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
 use crate::far::{Candidate, FarNode, FarOutputs, HeldNow, OwnNode};
-use crate::far_axes::PublishedFarAxes;
+use crate::far_axes::{PublishedFarAxes, axis_struct};
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
 use crate::promised::PromisedMotion;
@@ -214,6 +214,13 @@ impl Pipeline {
             masters: &self.masters,
             slaves: &self.slaves,
         }
+    }
+
+    /// A far axis in this cycle, published or not.
+    pub(crate) fn corrected_axis(&self, number: usize) -> Option<NcToPlcAxis> {
+        let master = self.masters.get(number)?.as_ref()?;
+        // Ids of axes begin with 1, as those of published ones.
+        Some(axis_struct(u32::try_from(number + 1).ok()?, master))
     }
 
     /// Published far axes, in this cycle.

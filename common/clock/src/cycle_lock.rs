@@ -5,6 +5,7 @@
 //! The wanted period is that of the far cycle by the own clock, which the [phase observer](crate::observer) knows, and a share of the phase that is still missing. Only
 //! deadlines move: the clock stays what it is.
 
+use crate::far_clock::FarClockOutput;
 use crate::numbers::rounded;
 use crate::{CycleTime, Seconds, Span};
 
@@ -65,6 +66,25 @@ pub struct FarPhase {
     /// Nominal cycle time of the far node.
     pub cycle_time: CycleTime,
 }
+
+impl FarPhase {
+    /// Makes the phase by a far clock in its newest cycle, `age` after a frame; none while its time is slewed.
+    #[must_use]
+    pub fn of(newest: &FarClockOutput, age: Seconds, cycle_time: CycleTime) -> Option<Self> {
+        let (observer, delay) = (&newest.observer, &newest.delay);
+        // While far time is slewed, as to a delay that has just been measured, the age is by neither the old nor the new one.
+        let is_slewed = observer.slew_remaining.0.abs() > SLEWED;
+        (!is_slewed).then(|| Self {
+            age,
+            delay: delay.delay.unwrap_or(Seconds::ZERO),
+            drift_ppm: observer.drift_ppm,
+            cycle_time,
+        })
+    }
+}
+
+/// Time that may be left to be slewed, s: below what a cycle begins late by.
+const SLEWED: f64 = 5e-6;
 
 /// Share of the missing phase per second: a bandwidth of 0.1 Hz. The observer's estimate moves by microseconds within seconds, which
 /// a faster one would pass on to the period, and to all who follow this node.

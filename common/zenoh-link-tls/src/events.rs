@@ -12,7 +12,7 @@ pub struct LinkEvent<'a> {
     pub client: &'a str,
     /// Kind of the event.
     pub kind: LinkEventKind,
-    /// Its reason.
+    /// Reason of the event.
     pub reason: &'a str,
 }
 

@@ -75,9 +75,6 @@ const PATIENCE: Span = Span::from_millis(100);
 // Up to three lost frames in a row are no silence.
 const LEAST_CYCLES: i64 = 4;
 
-/// Time that may be left to be slewed where a cycle is locked to the node, s: below what a cycle begins late by.
-const SLEWED: f64 = 5e-6;
-
 impl Candidate {
     pub(super) fn new(
         config: &FarConfig,
@@ -227,16 +224,7 @@ impl Candidate {
     /// Cycle of the node in relation to the own one, in the newest cycle; none while its clock is not known.
     pub(super) fn phase(&self) -> Option<FarPhase> {
         let (age, header) = (self.age?, self.news.header?);
-        let observed = self.clock.observation()?;
-        let (observer, delay) = (&observed.observer, &observed.delay);
-        // While its time is slewed, as to a delay that has just been measured, the age is that of none of both.
-        let is_slewed = observer.slew_remaining.0.abs() > SLEWED;
-        (!is_slewed).then(|| FarPhase {
-            age,
-            delay: delay.delay.unwrap_or(Seconds::ZERO),
-            drift_ppm: observer.drift_ppm,
-            cycle_time: header.cycle_time,
-        })
+        FarPhase::of(self.clock.observation()?, age, header.cycle_time)
     }
 
     /// Takes the newest fresh frame; passes all messages to the clock.

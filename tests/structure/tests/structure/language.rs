@@ -259,7 +259,7 @@ fn defined_type(line: &str) -> Option<&str> {
     let rest = ["struct ", "enum ", "trait "]
         .iter()
         .find_map(|kind| rest.strip_prefix(kind))?;
-    let end = rest.find(|c: char| !c.is_alphanumeric())?;
+    let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_'))?;
     (end > 0).then(|| &rest[..end])
 }
 

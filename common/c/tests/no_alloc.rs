@@ -1,0 +1,241 @@
+//! No function of a cycle allocates.
+#![allow(missing_docs, unsafe_code)]
+
+use core::ptr::{null, null_mut};
+use std::ffi::CString;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use coaxle_c::*;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+const CYCLE: i64 = 1_000_000;
+
+/// Size of a struct, as a caller states it.
+const fn size<T>() -> u32 {
+    size_of::<T>() as u32
+}
+
+/// A struct of zeros that says its size.
+fn sized<T>() -> T {
+    // SAFETY: all structs of the interface are plain numbers, the first a `u32`.
+    unsafe {
+        let mut zero: T = core::mem::zeroed();
+        (&raw mut zero).cast::<u32>().write(size::<T>());
+        zero
+    }
+}
+
+fn text(of: &str) -> CString {
+    CString::new(of).expect("no 0 in it")
+}
+
+#[test]
+fn a_slave_axis_of_a_program_of_ones_own() {
+    // SAFETY: the rules of the header.
+    unsafe {
+        let parameters = coaxle_slave_parameters {
+            cycle_time_ns: CYCLE,
+            velocity: 2_000.0,
+            acceleration: 10_000.0,
+            jerk: 500_000.0,
+            axis_id: 2,
+            master_axis_id: 1,
+            ..sized()
+        };
+        let mut slave = null_mut();
+        assert_eq!(
+            coaxle_slave_new(&raw const parameters, &raw mut slave),
+            COAXLE_OK
+        );
+        let mut tables = null_mut();
+        assert_eq!(coaxle_tables_new(4, &raw mut tables), COAXLE_OK);
+        let mut command: coaxle_command = sized();
+        let mut state: coaxle_slave_state = sized();
+        let mut master = coaxle_master {
+            position: 0.0,
+            velocity: 500.0,
+            acceleration: 0.0,
+            is_there: 1,
+            reserved: 0,
+        };
+        let mut job = 0;
+        assert_no_alloc(|| {
+            for cycle in 0..3_000 {
+                let kind = match cycle {
+                    0 => COAXLE_POWER_ON,
+                    10 => COAXLE_GEAR_IN_VELO,
+                    1_000 => COAXLE_PHASING_RELATIVE,
+                    1_500 => COAXLE_GEAR_OUT,
+                    1_600 => COAXLE_STOP,
+                    // Refused, with a sentence.
+                    1_700 => COAXLE_CAM_IN,
+                    _ => 0,
+                };
+                if kind != 0 {
+                    let _ = coaxle_command_init(&raw mut command, kind);
+                    command.distance = 5.0;
+                    let code =
+                        coaxle_slave_execute(slave, tables, &raw const command, &raw mut job);
+                    assert_eq!(code == COAXLE_OK, kind != COAXLE_CAM_IN, "{cycle}");
+                }
+                master.position += 0.5;
+                let masters = &raw const master;
+                let code = coaxle_slave_update(slave, tables, masters, 1, 1e-3, &raw mut state);
+                assert_eq!(code, COAXLE_OK);
+            }
+        });
+        coaxle_slave_free(slave);
+        coaxle_tables_free(tables);
+    }
+}
+
+#[test]
+fn a_receiver_and_the_messages_of_its_master() {
+    const CONFIG: &str = "
+        name = \"station\"
+        cycle-time-us = 1000
+        master = { node = \"conveyor\" }
+        [[slave]]
+        name = \"carriage\"
+        gear = { ratio = 0.5, offset = 0.0 }
+    ";
+    // SAFETY: the rules of the header.
+    unsafe {
+        let parameters: coaxle_receiver_parameters = sized();
+        let (name, config) = (text("station.toml"), text(CONFIG));
+        let mut station = null_mut();
+        let code = coaxle_receiver_new(
+            &raw const parameters,
+            name.as_ptr(),
+            config.as_ptr(),
+            &raw mut station,
+        );
+        assert_eq!(code, COAXLE_OK);
+        let mut key = null_mut();
+        let axes = text("coaxle/conveyor/axes");
+        assert_eq!(coaxle_key_new(axes.as_ptr(), &raw mut key), COAXLE_OK);
+        let mut sender = 0;
+        assert_eq!(
+            coaxle_sender_id(text("conveyor").as_ptr(), &raw mut sender),
+            COAXLE_OK
+        );
+        let mut bytes = [0_u8; COAXLE_MOST_BYTES];
+        let mut followed = 0;
+        assert_no_alloc(|| {
+            for count in 0..3_000 {
+                let header = coaxle_frame_header {
+                    sender,
+                    epoch: 7,
+                    count: count as u64,
+                    cycle_time_ns: CYCLE,
+                    ..sized()
+                };
+                let axis = coaxle_axis {
+                    axis_id: 1,
+                    state_word: 3,
+                    set_position: 0.5 * count as f64,
+                    set_velocity: 500.0,
+                    ..coaxle_axis::default()
+                };
+                let (place, mut length) = (bytes.as_mut_ptr(), 0);
+                let header = &raw const header;
+                let code = coaxle_frame_encode(
+                    key,
+                    header,
+                    &raw const axis,
+                    1,
+                    place,
+                    bytes.len(),
+                    &raw mut length,
+                );
+                assert_eq!(code, COAXLE_OK);
+                // The ways take as long as they do: an odd one, so that arrivals are on no grid.
+                let arrived = count * CYCLE + 200_000 + (count * 7_919) % 4_001;
+                let code = coaxle_receiver_message(station, 0, arrived, bytes.as_ptr(), length);
+                assert_eq!(code, COAXLE_OK);
+                let now = count * CYCLE + CYCLE / 2;
+                assert_eq!(coaxle_receiver_cycle(station, now), COAXLE_OK);
+                let mut key: *const core::ffi::c_char = null();
+                while coaxle_receiver_send(
+                    station,
+                    now,
+                    &raw mut key,
+                    place,
+                    bytes.len(),
+                    &raw mut length,
+                ) == COAXLE_OK
+                    && length > 0
+                {}
+                let mut axis = coaxle_axis::default();
+                if coaxle_receiver_axis(station, 0, &raw mut axis) == COAXLE_OK {
+                    followed += 1;
+                }
+            }
+        });
+        assert!(followed > 2_900, "{followed}");
+        coaxle_receiver_free(station);
+        coaxle_key_free(key);
+    }
+}
+
+#[test]
+fn a_far_clock_and_a_lock_to_it() {
+    // SAFETY: the rules of the header.
+    unsafe {
+        let parameters = coaxle_far_clock_parameters {
+            delay_source: COAXLE_DELAY_MEASURED,
+            cycle_time_ns: CYCLE,
+            ..sized()
+        };
+        let mut clock = null_mut();
+        assert_eq!(
+            coaxle_far_clock_new(&raw const parameters, &raw mut clock),
+            COAXLE_OK
+        );
+        let mut lock = null_mut();
+        assert_eq!(
+            coaxle_cycle_lock_new(CYCLE, 300_000, &raw mut lock),
+            COAXLE_OK
+        );
+        let mut far: coaxle_far_time = sized();
+        let mut phase: coaxle_far_phase = sized();
+        let mut locked = 0;
+        assert_no_alloc(|| {
+            for count in 0..5_000 {
+                let message = coaxle_message {
+                    has_send_stamp: 1,
+                    epoch: 7,
+                    count: count as u64,
+                    arrived_ns: count * CYCLE + 200_000 + (count * 7_919) % 4_001,
+                    ..sized()
+                };
+                assert_eq!(
+                    coaxle_far_clock_message(clock, &raw const message),
+                    COAXLE_OK
+                );
+                let now = count * CYCLE + CYCLE / 2;
+                assert_eq!(coaxle_far_clock_cycle(clock, now, &raw mut far), COAXLE_OK);
+                let (mut is_due, mut number, mut moved) = (0, 0, 0);
+                let _ = coaxle_far_clock_request(clock, now, &raw mut is_due, &raw mut number);
+                let phase = &raw mut phase;
+                let has_phase =
+                    coaxle_far_clock_phase(clock, count as u64, CYCLE, phase) == COAXLE_OK;
+                let phase = if has_phase {
+                    phase.cast_const()
+                } else {
+                    null()
+                };
+                assert_eq!(
+                    coaxle_cycle_lock_advance(lock, phase, 1, &raw mut moved),
+                    COAXLE_OK
+                );
+                locked += i32::from(has_phase);
+            }
+        });
+        assert!(far.is_sure != 0 && locked > 1_000, "{locked}");
+        coaxle_cycle_lock_free(lock);
+        coaxle_far_clock_free(clock);
+    }
+}
