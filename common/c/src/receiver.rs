@@ -1,4 +1,4 @@
-//! A whole receiver node without a network: [`Receiver`].
+//! A whole receiver node without a network: `coaxle_receiver::Receiver`.
 
 use core::ffi::c_char;
 

@@ -226,7 +226,6 @@ pub(crate) fn node_name(name: &str) -> Result<NodeName, Failure> {
     NodeName::new(name).map_err(|wrong| Failure::new(COAXLE_TEXT, wrong))
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "an argument of map_err")]
 pub(crate) fn rejected(reason: Rejection) -> Failure {
     Failure::new(COAXLE_REJECTED, reason)
 }

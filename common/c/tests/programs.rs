@@ -1,5 +1,5 @@
 //! Programs in C and C++, compiled with all warnings as errors and with sanitizers, and run.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::print_stderr)]
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

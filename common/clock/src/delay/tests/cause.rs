@@ -16,7 +16,7 @@ fn whose_if_requests_grow_by(part: f64) -> Option<Whose> {
             let seconds = 0.03 * f64::from(n as u32);
             let way = Span::from_secs_f64(1e-3 + part * 100e-6 * seconds);
             let (response, arrived) = response(n as u32, at(30_000 * n), way, micros(300));
-            let stamps = Stamps {
+            let stamps = ExchangeStamps {
                 requested: response.requested,
                 received: response.received,
                 responded: response.responded,
