@@ -135,6 +135,8 @@ fn take_corner(stream: &mut Stream, values: &[f64; BLOCK], middle: i64, seconds_
         line.at = line.at.max(middle);
         line.bank
             .observe(dt, corner, stream.teeth.corner_variance());
+    } else if let Some(drift) = stream.teeth.greatest_drift(&estimate, dt, level, cell) {
+        line.bank.begin_anew(&Estimate { drift, ..estimate });
     }
     let ahead = middle.saturating_sub(line.at).max(0) as f64 * seconds_per_count;
     let (estimate, walk) = (line.bank.combined(), line.bank.drift_walk());

@@ -103,6 +103,24 @@ fn one_of_a_grid_that_is_a_whole_cycle_to_the_nanosecond_tells() {
     }
 }
 
+/// The first tooth may come at any time after the start: a tenth of the time from one to the next, or nine.
+#[test]
+fn wherever_in_a_cell_the_first_message_comes() {
+    for drift in [500.0, -500.0, 100.0, -100.0] {
+        for tenths in 0..10 {
+            let followed = followed(World {
+                delay: 200e3 + 100e3 * f64::from(tenths),
+                ..polled(1_000, drift, 0.0)
+            });
+            let Followed { mean, rms, .. } = followed;
+            let case = std::format!("{drift} ppm, {tenths} tenths");
+            assert!(mean.abs() < 8e-6 && rms < 4e-6, "{case}: {mean}, {rms}");
+            // Until the first tooth nothing says that messages are polled for.
+            assert!(followed.covered > 0.92, "{case}: {}", followed.covered);
+        }
+    }
+}
+
 #[test]
 fn before_a_tooth_came_nothing_is_sure_where_arrivals_do_not_echo_the_stamps() {
     let mut world = World {
