@@ -40,7 +40,9 @@ fn status(folder: &Path, node: &str) -> serde_json::Value {
     );
     assert!(good, "{text}");
     let json = &text[text.find('[').expect("a list")..];
-    let mut status: serde_json::Value = serde_json::from_str(json).expect("a status");
+    // Log lines may follow: the text is of both streams.
+    let mut values = serde_json::Deserializer::from_str(json).into_iter::<serde_json::Value>();
+    let mut status = values.next().expect("a value").expect("a status");
     status[0].take()
 }
 
