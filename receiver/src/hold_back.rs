@@ -24,7 +24,7 @@ pub(crate) enum Spare {
 }
 
 impl Spare {
-    /// Combines two: the lesser one of those that are known.
+    /// Returns what two axes leave together: the lesser time, or pending while one of them is.
     pub(crate) fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::Absent, one) | (one, Self::Absent) => one,

@@ -186,9 +186,9 @@ enum MessageOnWire {
         axis_id: u32,
         state: StateBody,
     },
-    /// Of nodes with a common time: the request, and its reading.
+    /// Request of a node with a common time, and its reading.
     CommonBeaconRequest(RequestOnWire, Option<CommonStamp>),
-    /// The response, and the readings of the requester and of the responder.
+    /// Response of a node with a common time, and the readings of the requester and of the responder.
     CommonBeaconResponse(ResponseOnWire, [Option<CommonStamp>; 2]),
 }
 

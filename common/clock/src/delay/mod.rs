@@ -340,7 +340,7 @@ impl DelayExchange {
         };
         let exchange = Exchange::measured(stamps, line);
         let longest = Seconds::from(TUNING.longest).0;
-        // ExchangeStamps of a clock that leapt, or of somebody who makes them up.
+        // Stamps of a clock that leapt, or of somebody who makes them up.
         if libm::fabs(exchange.there) > longest || libm::fabs(exchange.back) > longest {
             return Err(Refusal::Implausible);
         }

@@ -28,11 +28,11 @@ const NOT_COUNTED: [&str; 12] = [
 /// A metric of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MetricName {
-    /// Name of the base unit.
+    /// Name of the metric.
     pub(super) name: String,
-    /// Unit in the base; none if it is that of the signal.
+    /// Unit of the metric; none if it is that of the signal.
     pub(super) unit: Option<&'static str>,
-    /// Value where that of the signal is 1.
+    /// Value of the metric where that of the signal is 1.
     pub(super) scale: f64,
     /// True if it only grows, but for restarts of the node.
     pub(super) is_counter: bool,
