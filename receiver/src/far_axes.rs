@@ -10,7 +10,7 @@ use crate::slaves::Master;
 pub(crate) struct PublishedFarAxes {
     /// Numbers of the published axes, by their published axis id, from 1.
     which: Box<[usize]>,
-    /// Modulo periods of the published axes.
+    /// Modulo periods of all far axes.
     turns: Box<[Option<Modulo>]>,
     axes: Vec<NcToPlcAxis>,
 }
@@ -18,9 +18,11 @@ pub(crate) struct PublishedFarAxes {
 impl PublishedFarAxes {
     pub(crate) fn new(config: &ReceiverConfig) -> Self {
         let which = config.published_far_axes();
-        let modulo = |axis: &usize| config.modulo_of(MasterRef::Far(*axis));
+        let all = 0..config.first_axis_of(config.far.len());
         Self {
-            turns: which.iter().map(modulo).collect(),
+            turns: all
+                .map(|axis| config.modulo_of(MasterRef::Far(axis)))
+                .collect(),
             axes: Vec::with_capacity(which.len()),
             which: which.into(),
         }
@@ -31,22 +33,27 @@ impl PublishedFarAxes {
         // Keeps its memory: nothing allocates in the cycle.
         self.axes.clear();
         // Ids go with the config, so that an axis without data leaves those of the others alone.
-        for ((id, axis), modulo) in (1..).zip(&self.which).zip(&self.turns) {
+        for (id, axis) in (1..).zip(&self.which) {
             // Without data an axis is left out, rather than shown at a position that it never had.
             if let Some(master) = &masters[*axis] {
-                let mut axis = axis_struct(id, master);
-                axis.count_turns(*modulo);
-                self.axes.push(axis);
+                self.axes.push(axis_struct(id, master, self.turns[*axis]));
             }
         }
         &self.axes
     }
+
+    /// Axis structure of one far axis in this cycle, published or not; none without data, or beyond the last axis.
+    pub(crate) fn axis(&self, number: usize, masters: &[Option<Master>]) -> Option<NcToPlcAxis> {
+        let master = masters.get(number)?.as_ref()?;
+        let id = u32::try_from(number + 1).ok()?;
+        Some(axis_struct(id, master, self.turns[number]))
+    }
 }
 
 /// Builds an axis structure. Actual values are not corrected anywhere, so the set values are used.
-pub(crate) fn axis_struct(id: u32, master: &Master) -> NcToPlcAxis {
+fn axis_struct(id: u32, master: &Master, modulo: Option<Modulo>) -> NcToPlcAxis {
     let set = master.set;
-    NcToPlcAxis {
+    let mut axis = NcToPlcAxis {
         state_word: state_word(master),
         error_code: master.error_code,
         axis_state: AxisState::of_motion(set.velocity, set.acceleration),
@@ -58,7 +65,9 @@ pub(crate) fn axis_struct(id: u32, master: &Master) -> NcToPlcAxis {
         set_acceleration: set.acceleration,
         target_position: set.position,
         ..NcToPlcAxis::default()
-    }
+    };
+    axis.count_turns(modulo);
+    axis
 }
 
 /// Builds the state word. An axis is operational only once its clock is known.

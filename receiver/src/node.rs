@@ -179,7 +179,8 @@ impl Receiver {
         self.pipeline.virtual_axes.axes()
     }
 
-    /// A far axis in the newest cycle, as its slaves follow it; none without data. Axes count in the order of the config.
+    /// A far axis in the newest cycle, as its slaves follow it; none without data. Axes are numbered in the order of the config,
+    /// from 0; their axis ids begin with 1.
     #[must_use]
     pub fn far_axis(&self, number: usize) -> Option<NcToPlcAxis> {
         self.pipeline.corrected_axis(number)

@@ -10,7 +10,7 @@ use coaxle_node::config::Wrong;
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
 use crate::far::{Candidate, FarNode, FarOutputs, HeldNow, OwnNode};
-use crate::far_axes::{PublishedFarAxes, axis_struct};
+use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
 use crate::promised::PromisedMotion;
@@ -218,9 +218,7 @@ impl Pipeline {
 
     /// A far axis in this cycle, published or not.
     pub(crate) fn corrected_axis(&self, number: usize) -> Option<NcToPlcAxis> {
-        let master = self.masters.get(number)?.as_ref()?;
-        // Ids of axes begin with 1, as those of published ones.
-        Some(axis_struct(u32::try_from(number + 1).ok()?, master))
+        self.far_axes.axis(number, &self.masters)
     }
 
     /// Published far axes, in this cycle.
