@@ -87,7 +87,7 @@ int main(int arguments, char **argument) {
       if (code != COAXLE_OK) fail(clock, "coaxle_far_clock_request", code);
       cycle = now;
       if (far.is_sure)
-        printf("%" PRId64 " %" PRId64 " %a %a %a\n", now, far.time_ns, far.fraction_ns, far.uncertainty_s, far.drift_ppm);
+        printf("%" PRId64 " %" PRId64 " %.17g %.17g %.17g\n", now, far.time_ns, far.fraction_ns, far.uncertainty_s, far.drift_ppm);
       else
         printf("%" PRId64 " -\n", now);
     }

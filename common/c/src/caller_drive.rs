@@ -44,7 +44,7 @@ growing! {
     coaxle_actual, 32;
 }
 
-/// What the caller and the axis know of a drive. Both are in one thread: the atomics make it `Send`, and cost what plain cells do.
+/// State of a drive between its caller and its axis. Both are in one thread: the atomics make it `Send`, and cost what plain cells do.
 #[derive(Debug)]
 pub(crate) struct DriveCells {
     is_of_caller: bool,
@@ -103,7 +103,7 @@ impl DriveCells {
     }
 }
 
-/// The axis's end of it.
+/// Drive of an axis, as the axis has it.
 #[derive(Debug)]
 pub(crate) struct CallerDrive(pub(crate) Arc<DriveCells>);
 

@@ -4,8 +4,8 @@ use coaxle_clock::cycle_lock::CycleLockState;
 use coaxle_clock::{CycleLock, Span};
 
 use crate::failure::Failure;
-use crate::handle::{Handle, HandleHead, call, free, kind, make};
-use crate::memory::{read, writable};
+use crate::handle::{HandleHead, call, free, handle, make};
+use crate::memory::{read, writable, writable_if_any};
 use crate::phase::{coaxle_far_phase, cycle_time};
 
 /// The far clock is not known yet: nothing moves.
@@ -29,15 +29,7 @@ pub struct coaxle_cycle_lock {
     lock: CycleLock,
 }
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_cycle_lock {
-    const KIND: u64 = kind(b"cyclelok");
-    const NAME: &'static str = "coaxle_cycle_lock";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_cycle_lock, b"cyclelok");
 
 /// Makes the lock of a thread with this nominal cycle time, ns, whose cycles are to begin `offset_ns` after the messages have
 /// arrived.
@@ -117,8 +109,8 @@ pub unsafe extern "C" fn coaxle_cycle_lock_state(
     // SAFETY: as for this function.
     unsafe {
         call(lock, |own| {
-            if !state.is_null() {
-                *writable(state, "state")? = match own.lock.state() {
+            if let Some(state) = writable_if_any(state, "state")? {
+                *state = match own.lock.state() {
                     CycleLockState::Waiting => COAXLE_LOCK_WAITING,
                     CycleLockState::Locking => COAXLE_LOCK_LOCKING,
                     CycleLockState::Locked => COAXLE_LOCK_LOCKED,
@@ -126,11 +118,11 @@ pub unsafe extern "C" fn coaxle_cycle_lock_state(
                     CycleLockState::Refused => COAXLE_LOCK_REFUSED,
                 };
             }
-            if !phase_s.is_null() {
-                *writable(phase_s, "phase_s")? = own.lock.phase().map_or(f64::NAN, |of| of.0);
+            if let Some(phase_s) = writable_if_any(phase_s, "phase_s")? {
+                *phase_s = own.lock.phase().map_or(f64::NAN, |of| of.0);
             }
-            if !period_ppm.is_null() {
-                *writable(period_ppm, "period_ppm")? = own.lock.period_ppm();
+            if let Some(period_ppm) = writable_if_any(period_ppm, "period_ppm")? {
+                *period_ppm = own.lock.period_ppm();
             }
             Ok(())
         })

@@ -8,8 +8,8 @@ use coaxle_clock::{Instant, Seconds, Span};
 
 use crate::common_time::coaxle_common_time;
 use crate::failure::{COAXLE_NOT_THERE, Failure};
-use crate::handle::{Handle, HandleHead, call, free, kind, make};
-use crate::memory::{growing, read, readable, writable, write};
+use crate::handle::{HandleHead, call, free, handle, make};
+use crate::memory::{check_if_any, growing, read, readable, writable, write, write_if_any};
 use crate::phase::{coaxle_far_phase, cycle_time};
 
 /// The delay of messages is not compensated: far time lags by it.
@@ -43,15 +43,7 @@ pub struct coaxle_far_clock {
     clock: FarClock,
 }
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_far_clock {
-    const KIND: u64 = kind(b"farclock");
-    const NAME: &'static str = "coaxle_far_clock";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_far_clock, b"farclock");
 
 /// Parameters of a far clock.
 #[repr(C)]
@@ -273,12 +265,10 @@ pub unsafe extern "C" fn coaxle_far_clock_cycle(
     // SAFETY: as for this function.
     unsafe {
         call(clock, |far| {
+            check_if_any(out)?;
             let now = Instant::from_nanos(now_ns);
             let _ = far.clock.cycle(now, |_, _| {});
-            if out.is_null() {
-                return Ok(());
-            }
-            write(out, &reading(&far.clock, now_ns))
+            write_if_any(out, &reading(&far.clock, now_ns))
         })
     }
 }

@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use crate::failure::{COAXLE_IN_USE, COAXLE_NO_HANDLE, COAXLE_OK, COAXLE_PANIC, Failure, Sentence};
 use crate::memory::writable;
 
-/// What every handle begins with.
+/// Head of every handle.
 #[derive(Debug)]
 #[repr(C)]
 pub(crate) struct HandleHead {
@@ -38,10 +38,22 @@ pub(crate) unsafe trait Handle: Sized {
     fn head(&mut self) -> &mut HandleHead;
 }
 
-/// Makes a kind out of eight letters.
-pub(crate) const fn kind(letters: &[u8; 8]) -> u64 {
-    u64::from_le_bytes(*letters)
+/// Makes structs handles: `#[repr(C)]`, with a field `head` first. Eight letters distinguish each from the others.
+macro_rules! handle {
+    ($name:ident, $letters:literal) => {
+        // SAFETY: a `HandleHead` comes first.
+        unsafe impl $crate::handle::Handle for $name {
+            const KIND: u64 = u64::from_le_bytes(*$letters);
+            const NAME: &'static str = stringify!($name);
+
+            fn head(&mut self) -> &mut $crate::handle::HandleHead {
+                const { assert!(core::mem::offset_of!($name, head) == 0) }
+                &mut self.head
+            }
+        }
+    };
 }
+pub(crate) use handle;
 
 impl HandleHead {
     pub(crate) const fn new<H: Handle>() -> Self {
@@ -145,7 +157,7 @@ pub(crate) fn plain(body: impl FnOnce() -> Result<(), Failure>) -> i32 {
     }
 }
 
-/// The sentence of the newest error of a handle; of the calling thread's newest without a handle, for a null one.
+/// Returns the sentence of the newest error of a handle; of the calling thread's newest without a handle, for a null one.
 ///
 /// # Safety
 /// As for [`call`].

@@ -2,7 +2,9 @@
 
 use core::ffi::{CStr, c_char};
 
-use crate::failure::{COAXLE_MISALIGNED, COAXLE_NULL, COAXLE_STRUCT_SIZE, COAXLE_TEXT, Failure};
+use crate::failure::{
+    COAXLE_CAPACITY, COAXLE_MISALIGNED, COAXLE_NULL, COAXLE_STRUCT_SIZE, COAXLE_TEXT, Failure,
+};
 
 /// Borrows what a pointer points to, to write it.
 ///
@@ -15,6 +17,21 @@ pub(crate) unsafe fn writable<'a, T>(
     check_pointer(pointer, name)?;
     // SAFETY: not null and aligned; the rest as for this function.
     Ok(unsafe { &mut *pointer })
+}
+
+/// Borrows what a pointer points to, to write it; none for a null one.
+///
+/// # Safety
+/// As for [`writable`].
+pub(crate) unsafe fn writable_if_any<'a, T>(
+    pointer: *mut T,
+    name: &'static str,
+) -> Result<Option<&'a mut T>, Failure> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: as for this function.
+    unsafe { writable(pointer, name) }.map(Some)
 }
 
 /// Borrows what a pointer points to.
@@ -64,6 +81,16 @@ pub(crate) unsafe fn writable_array<'a, T>(
     check_length::<T>(length, name)?;
     // SAFETY: not null, aligned, and no longer than memory can be; the rest as for this function.
     Ok(unsafe { core::slice::from_raw_parts_mut(pointer, length) })
+}
+
+/// Returns as many places of a buffer as are needed.
+pub(crate) fn fitting(bytes: &mut [u8], needed: usize) -> Result<&mut [u8], Failure> {
+    let capacity = bytes.len();
+    bytes.get_mut(..needed).ok_or_else(|| {
+        let sentence =
+            format_args!("capacity: received {capacity} bytes, expected at least {needed}");
+        Failure::new(COAXLE_CAPACITY, sentence)
+    })
 }
 
 /// Borrows a text.
@@ -162,6 +189,30 @@ pub(crate) unsafe fn write<T: Growing>(out: *mut T, value: &T) -> Result<(), Fai
         );
     }
     Ok(())
+}
+
+/// Checks a struct that is written after something has happened: a wrong one must be found before. A null one is not written.
+///
+/// # Safety
+/// As for [`read`].
+pub(crate) unsafe fn check_if_any<T: Growing>(out: *const T) -> Result<(), Failure> {
+    if out.is_null() {
+        return Ok(());
+    }
+    // SAFETY: as for this function.
+    unsafe { struct_size(out) }.map(drop)
+}
+
+/// Writes a struct, as [`write`] does; not a null one.
+///
+/// # Safety
+/// As for [`write`].
+pub(crate) unsafe fn write_if_any<T: Growing>(out: *mut T, value: &T) -> Result<(), Failure> {
+    if out.is_null() {
+        return Ok(());
+    }
+    // SAFETY: as for this function.
+    unsafe { write(out, value) }
 }
 
 /// # Safety

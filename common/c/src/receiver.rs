@@ -9,9 +9,11 @@ use crate::axis_struct::coaxle_axis;
 use crate::caller_drive::coaxle_actual;
 use crate::command::coaxle_command;
 use crate::command_checked::taken;
-use crate::failure::{COAXLE_CAPACITY, Failure};
-use crate::handle::{Handle, HandleHead, call, free, kind, make};
-use crate::memory::{read, readable_array, text, writable, writable_array, write};
+use crate::failure::Failure;
+use crate::handle::{HandleHead, call, free, handle, make};
+use crate::memory::{
+    fitting, read, readable_array, text, writable, writable_array, writable_if_any, write,
+};
 use crate::slave_structs::coaxle_slave_state;
 use crate::whole_node::{WholeNode, coaxle_receiver_parameters, find, not_there};
 
@@ -26,15 +28,7 @@ pub struct coaxle_receiver {
     node: WholeNode,
 }
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_receiver {
-    const KIND: u64 = kind(b"receiver");
-    const NAME: &'static str = "coaxle_receiver";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_receiver, b"receiver");
 
 /// Makes a receiver of the text of its config (docs/REFERENCE.md). `name` stands for the file in errors.
 ///
@@ -85,8 +79,7 @@ pub unsafe extern "C" fn coaxle_receiver_subscription(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let subscription = node.subscriptions.get(number as usize);
             let (found, _) = subscription.ok_or_else(|| not_there("subscription", number))?;
             *writable(key, "key")? = found.as_ptr();
@@ -110,8 +103,7 @@ pub unsafe extern "C" fn coaxle_receiver_message(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let bytes = readable_array(bytes, length, "bytes")?;
             let number = subscription as usize;
             let (_, reader) = (node.subscriptions.get_mut(number))
@@ -134,8 +126,7 @@ pub unsafe extern "C" fn coaxle_receiver_next_cycle(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             *writable(due_ns, "due_ns")? = node.receiver.next_cycle().as_nanos();
             Ok(())
         })
@@ -150,8 +141,7 @@ pub unsafe extern "C" fn coaxle_receiver_next_cycle(
 pub unsafe extern "C" fn coaxle_receiver_cycle(receiver: *mut coaxle_receiver, now_ns: i64) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let _ = node.receiver.cycle(Instant::from_nanos(now_ns));
             Ok(())
         })
@@ -177,8 +167,7 @@ pub unsafe extern "C" fn coaxle_receiver_send(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let (key, length) = (writable(key, "key")?, writable(length, "length")?);
             let place = writable_array(bytes, capacity, "bytes")?;
             *length = 0;
@@ -186,14 +175,8 @@ pub unsafe extern "C" fn coaxle_receiver_send(
                 return Ok(());
             };
             *key = publication.as_ptr();
-            let Some(place) = place.get_mut(..node.message.len()) else {
-                *length = node.message.len();
-                let expected = format_args!("at least {}", node.message.len());
-                let sentence = format_args!("capacity: received {capacity}, expected {expected}");
-                return Err(Failure::new(COAXLE_CAPACITY, sentence));
-            };
-            place.copy_from_slice(&node.message);
             *length = node.message.len();
+            fitting(place, node.message.len())?.copy_from_slice(&node.message);
             node.unsent = None;
             Ok(())
         })
@@ -215,8 +198,7 @@ pub unsafe extern "C" fn coaxle_receiver_find_axis(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let names = node.far_axes.iter().map(String::as_str);
             *writable(number, "number")? = find(text(name, "name")?, names, "far axis")?;
             Ok(())
@@ -239,8 +221,7 @@ pub unsafe extern "C" fn coaxle_receiver_find_slave(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let names = node.slaves.iter().map(|(name, _)| name.as_str());
             *writable(number, "number")? = find(text(name, "name")?, names, "slave")?;
             Ok(())
@@ -264,8 +245,7 @@ pub unsafe extern "C" fn coaxle_receiver_axis(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let axis = node.receiver.far_axis(number as usize);
             let axis = axis.ok_or_else(|| not_there("data of far axis", number))?;
             *writable(out, "out")? = coaxle_axis::of(&axis);
@@ -289,8 +269,7 @@ pub unsafe extern "C" fn coaxle_receiver_slave(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let state = node.slave_state(number as usize);
             write(out, &state.ok_or_else(|| not_there("slave", number))?)
         })
@@ -314,14 +293,14 @@ pub unsafe extern "C" fn coaxle_receiver_execute(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let command = taken(command)?;
             let number = node.slave_number(slave)?;
+            let job = writable_if_any(job, "job")?;
             let accepted = (node.receiver.command(number, &command))
                 .map_err(|refusal| Failure::of_nc(refusal.code(), refusal))?;
-            if !job.is_null() {
-                *writable(job, "job")? = accepted.number;
+            if let Some(job) = job {
+                *job = accepted.number;
             }
             Ok(())
         })
@@ -340,8 +319,7 @@ pub unsafe extern "C" fn coaxle_receiver_report_actual(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let (_, drive) =
                 (node.slaves.get(slave as usize)).ok_or_else(|| not_there("slave", slave))?;
             drive.report(&read(actual)?)
@@ -361,18 +339,25 @@ pub unsafe extern "C" fn coaxle_receiver_health(
 ) -> i32 {
     // SAFETY: as for this function.
     unsafe {
-        call(receiver, |of| {
-            let node = &mut of.node;
+        with_node(receiver, |node| {
             let place = writable_array(word.cast::<u8>(), capacity, "word")?;
             let health = node.receiver.snapshot().health.name().name().as_bytes();
-            let Some(place) = place.get_mut(..=health.len()) else {
-                let expected = health.len() + 1;
-                let sentence = format_args!("capacity: received {capacity}, expected {expected}");
-                return Err(Failure::new(COAXLE_CAPACITY, sentence));
-            };
+            let place = fitting(place, health.len() + 1)?;
             place[..health.len()].copy_from_slice(health);
             place[health.len()] = 0;
             Ok(())
         })
     }
+}
+
+/// Runs a function of a node.
+///
+/// # Safety
+/// As for [`call`].
+unsafe fn with_node(
+    receiver: *mut coaxle_receiver,
+    body: impl FnOnce(&mut WholeNode) -> Result<(), Failure>,
+) -> i32 {
+    // SAFETY: as for this function.
+    unsafe { call(receiver, |of| body(&mut of.node)) }
 }

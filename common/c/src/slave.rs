@@ -12,8 +12,10 @@ use crate::caller_drive::{DriveCells, coaxle_actual};
 use crate::command::coaxle_command;
 use crate::command_checked::taken;
 use crate::failure::{COAXLE_NOT_THERE, COAXLE_OK, Failure};
-use crate::handle::{Handle, HandleHead, call, free, kind, make};
-use crate::memory::{read, readable_array, writable, write};
+use crate::handle::{HandleHead, call, free, handle, make};
+use crate::memory::{
+    check_if_any, read, readable_array, writable, writable_if_any, write, write_if_any,
+};
 use crate::slave_structs::{coaxle_master, coaxle_slave_parameters, coaxle_slave_state};
 use crate::tables::coaxle_tables;
 
@@ -45,25 +47,15 @@ pub struct coaxle_slave {
     head: HandleHead,
     axis: SlaveAxis,
     drive: Arc<DriveCells>,
-    /// For an axis that is used without a store of plates.
-    no_tables: Tables,
     /// Newest jobs by their numbers: `SlaveAxis` compares them whole.
     jobs: [Option<Job>; KEPT_JOBS],
     next_job: usize,
 }
 
-/// Jobs whose state can be read after their end, as many as the axis keeps.
+/// Jobs whose state can be read: no more than the axis keeps.
 const KEPT_JOBS: usize = 16;
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_slave {
-    const KIND: u64 = kind(b"slaveaxi");
-    const NAME: &'static str = "coaxle_slave";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_slave, b"slaveaxi");
 
 /// Makes a slave axis without power, at its drive's position, 0.
 ///
@@ -82,7 +74,6 @@ pub unsafe extern "C" fn coaxle_slave_new(
                 head: HandleHead::new::<coaxle_slave>(),
                 axis,
                 drive,
-                no_tables: Tables::new(0),
                 jobs: [None; KEPT_JOBS],
                 next_job: 0,
             })
@@ -125,12 +116,10 @@ pub unsafe extern "C" fn coaxle_slave_update(
                 let expected = "a finite number above 0";
                 return Err(Failure::range("elapsed_s", elapsed_s, expected));
             }
+            check_if_any(out)?;
             let masters = Masters::of(masters.iter().map(coaxle_master::set_values));
             let _ = (slave.axis).update(tables, masters, Seconds(elapsed_s));
-            match out.is_null() {
-                true => Ok(()),
-                false => write(out, &slave.state()),
-            }
+            write_if_any(out, &slave.state())
         })
     }
 }
@@ -186,12 +175,13 @@ pub unsafe extern "C" fn coaxle_slave_execute(
     unsafe {
         with_tables(slave, tables, |slave, tables| {
             let command = taken(command)?;
+            let job = writable_if_any(job, "job")?;
             let change = slave.axis.plan(tables, &command);
             let change = change.map_err(|refusal| refused(&refusal))?;
             let accepted = slave.axis.apply(tables, change, Origin::Order);
             slave.note_job(accepted);
-            if !job.is_null() {
-                *writable(job, "job")? = accepted.number;
+            if let Some(job) = job {
+                *job = accepted.number;
             }
             Ok(())
         })
@@ -224,8 +214,8 @@ pub unsafe extern "C" fn coaxle_slave_job(
                 (_, None) => CommandState::Idle,
             };
             *writable(state, "state")? = job_state(&progress);
-            if !error.is_null() {
-                *writable(error, "error")? = match &progress {
+            if let Some(error) = writable_if_any(error, "error")? {
+                *error = match &progress {
                     CommandState::Failed(why) => why.code(),
                     _ => 0,
                 };
@@ -306,13 +296,8 @@ unsafe fn with_tables(
     if tables.is_null() {
         // SAFETY: as for this function.
         return unsafe {
-            call(slave, |slave| {
-                // Taken out, as the axis is used beside it; a store without places allocates nothing.
-                let mut none = core::mem::replace(&mut slave.no_tables, Tables::new(0));
-                let result = body(slave, &mut none);
-                slave.no_tables = none;
-                result
-            })
+            // A store without places allocates nothing, and nothing of it changes.
+            call(slave, |slave| body(slave, &mut Tables::new(0)))
         };
     }
     let mut of_slave = 0;

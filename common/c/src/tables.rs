@@ -9,7 +9,7 @@ use coaxle_plate::{Course, MotionFunction, Plate};
 
 use crate::command::coaxle_motion_point;
 use crate::failure::{COAXLE_TEXT, Failure};
-use crate::handle::{Handle, HandleHead, call, free, kind, make};
+use crate::handle::{HandleHead, call, free, handle, make};
 use crate::memory::{readable_array, text, writable};
 
 /// A store of cam plates (`MC_CamTableSelect`), for any number of slave axes in one thread.
@@ -20,15 +20,7 @@ pub struct coaxle_tables {
     pub(crate) tables: Tables,
 }
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_tables {
-    const KIND: u64 = kind(b"camtable");
-    const NAME: &'static str = "coaxle_tables";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_tables, b"camtable");
 
 /// Makes a store for up to `capacity` plates, 1 to 255.
 ///

@@ -56,8 +56,7 @@ pub unsafe extern "C" fn coaxle_time_request_encode(
             let start = Instant::from_nanos(ideal_start_ns);
             let written = encode_time_request(requester, run, number, start, &mut body);
             let stamp = Some(Span::from_nanos(send_stamp_ns));
-            (key.seal).seal(&body[..written], stamp, &mut key.message);
-            pass_out(&key.message, bytes, capacity, length)
+            sealed(key, &body[..written], stamp, bytes, capacity, length)
         })
     }
 }
@@ -125,8 +124,7 @@ pub unsafe extern "C" fn coaxle_time_responses_encode(
             let mut body = [0; TIME_RESPONSES_CAPACITY];
             let written = encode_time_responses(&header, &replies[..number], &mut body);
             let stamp = Some(Span::from_nanos(given.send_stamp_ns));
-            (key.seal).seal(&body[..written], stamp, &mut key.message);
-            pass_out(&key.message, bytes, capacity, length)
+            sealed(key, &body[..written], stamp, bytes, capacity, length)
         })
     }
 }
@@ -171,6 +169,23 @@ pub unsafe extern "C" fn coaxle_time_responses_decode(
             Ok(())
         })
     }
+}
+
+/// Seals a body and copies the message to the caller.
+///
+/// # Safety
+/// As for [`pass_out`].
+unsafe fn sealed(
+    key: &mut coaxle_key,
+    body: &[u8],
+    stamp: Option<Span>,
+    bytes: *mut u8,
+    capacity: usize,
+    length: *mut usize,
+) -> Result<(), Failure> {
+    (key.seal).seal(body, stamp, &mut key.message);
+    // SAFETY: as for this function.
+    unsafe { pass_out(&key.message, bytes, capacity, length) }
 }
 
 impl coaxle_time_request {

@@ -3,6 +3,7 @@
 use std::ffi::CString;
 use std::sync::Arc;
 
+use ::coaxle_axis::drive::DriveState;
 use ::coaxle_receiver::{Drives, Receiver, ReceiverConfig, SlaveNumber};
 use coaxle_clock::{Instant, Local};
 use coaxle_node::lab::NodeFile;
@@ -142,7 +143,8 @@ impl WholeNode {
             acceleration: signals.acceleration?,
             distance: signals.distance,
             error: signals.error,
-            wants_power: drive.wants_power().into(),
+            // A simulated drive has the power that it wants.
+            wants_power: (drive.wants_power() || signals.drive_state != DriveState::Off).into(),
             is_in_sync: signals.phase.is_some_and(|phase| phase.is_in_sync()).into(),
             tracking: tracking(signals.guard),
             presets: signals.set_anew,

@@ -15,8 +15,10 @@ use coaxle_wire::{PresentAfter, Rejection};
 
 use crate::axis_struct::coaxle_axis;
 use crate::failure::{COAXLE_CAPACITY, COAXLE_REJECTED, COAXLE_TEXT, Failure};
-use crate::handle::{Handle, HandleHead, call, free, kind, make, plain};
-use crate::memory::{growing, read, readable_array, text, writable, writable_array, write};
+use crate::handle::{HandleHead, call, free, handle, make, plain};
+use crate::memory::{
+    fitting, growing, read, readable_array, text, writable, writable_array, write,
+};
 use crate::phase::cycle_time;
 
 /// Greatest number of axes in a frame.
@@ -38,15 +40,7 @@ pub struct coaxle_key {
     pub(crate) message: Vec<u8>,
 }
 
-// SAFETY: a `HandleHead` comes first.
-unsafe impl Handle for coaxle_key {
-    const KIND: u64 = kind(b"wire key");
-    const NAME: &'static str = "coaxle_key";
-
-    fn head(&mut self) -> &mut HandleHead {
-        &mut self.head
-    }
-}
+handle!(coaxle_key, b"wire key");
 
 /// Everything of a frame besides its axes.
 #[repr(C)]
@@ -213,16 +207,11 @@ pub(crate) unsafe fn pass_out(
         )
     };
     *length = message.len();
-    let Some(place) = bytes.get_mut(..message.len()) else {
-        let expected = format_args!("at least {}", message.len());
-        let sentence = format_args!("capacity: received {capacity} bytes, expected {expected}");
-        return Err(Failure::new(COAXLE_CAPACITY, sentence));
-    };
-    place.copy_from_slice(message);
+    fitting(bytes, message.len())?.copy_from_slice(message);
     Ok(())
 }
 
-pub(crate) fn node_name(name: &str) -> Result<NodeName, Failure> {
+fn node_name(name: &str) -> Result<NodeName, Failure> {
     NodeName::new(name).map_err(|wrong| Failure::new(COAXLE_TEXT, wrong))
 }
 
@@ -243,8 +232,7 @@ fn frame_header(given: &coaxle_frame_header) -> Result<FrameHeader, Failure> {
     Ok(FrameHeader {
         sender: given.sender,
         epoch: given.epoch,
-        // The manual's index wraps around at 16 bits.
-        index: CycleIndex(given.count as u16),
+        index: CycleIndex::of_count(given.count),
         count: given.count,
         cycle_time: cycle_time(given.cycle_time_ns)?,
         present_after: delay,

@@ -96,7 +96,7 @@ fn a_receiver_and_the_messages_of_its_master() {
     const CONFIG: &str = "
         name = \"station\"
         cycle-time-us = 1000
-        master = { node = \"conveyor\" }
+        master = { node = \"conveyor\", modulo = 100 }
         [[slave]]
         name = \"carriage\"
         gear = { ratio = 0.5, offset = 0.0 }
@@ -170,6 +170,9 @@ fn a_receiver_and_the_messages_of_its_master() {
                 {}
                 let mut axis = coaxle_axis::default();
                 if coaxle_receiver_axis(station, 0, &raw mut axis) == COAXLE_OK {
+                    let turns = 100.0 * f64::from(axis.modulo_set_turns);
+                    assert!((0.0..100.0).contains(&axis.modulo_set_position));
+                    assert!((axis.modulo_set_position + turns - axis.set_position).abs() < 1e-9);
                     followed += 1;
                 }
             }

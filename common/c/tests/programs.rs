@@ -141,36 +141,19 @@ fn the_header_is_one_of_cpp() {
     let _ = run(CPP, "tests/c/header.cpp", &[]);
 }
 
-/// A line of the program with its numbers as bits: `%a` of C is exact.
+/// A line of the program with its numbers as bits: 17 digits are exact.
 fn bits(line: &str) -> String {
-    let mut words = Vec::new();
-    for word in line.split(' ') {
-        words.push(match word.contains("0x") {
-            true => format!("{:016x}", hexadecimal(word).to_bits()),
-            false => word.to_owned(),
-        });
-    }
-    words.join(" ")
-}
-
-/// Reads a number as `%a` writes it: `-0x1.8p-3`.
-fn hexadecimal(word: &str) -> f64 {
-    let (sign, digits) = match word.strip_prefix('-') {
-        Some(rest) => (-1.0, rest),
-        None => (1.0, word),
+    let [now, far, numbers @ ..] = &line.split(' ').collect::<Vec<_>>()[..] else {
+        panic!("{line}");
     };
-    let (mantissa, exponent) = digits
-        .trim_start_matches("0x")
-        .split_once('p')
-        .expect("an exponent");
-    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-    let all = u64::from_str_radix(&format!("{whole}{fraction}"), 16).expect("digits");
-    let scale = exponent.parse::<i32>().expect("a power") - 4 * fraction.len() as i32;
-    // Both factors are exact.
-    sign * all as f64 * 2.0_f64.powi(scale)
+    let bits = |word: &&str| format!("{:016x}", word.parse::<f64>().expect("a number").to_bits());
+    let numbers: Vec<_> = numbers.iter().map(bits).collect();
+    [&[(*now).to_owned(), (*far).to_owned()], &numbers[..]]
+        .concat()
+        .join(" ")
 }
 
-/// What `examples/follow.c` prints, by the clock itself.
+/// Output of `examples/follow.c` as it should be, by the clock itself.
 fn followed(data: &Path, name: &str) -> String {
     const CYCLE: i64 = 1_000_000;
     let messages = std::fs::read(data.join(format!("{name}.i32"))).expect("messages");

@@ -106,6 +106,13 @@ int main(void) {
   EXPECT(coaxle_slave_plan(slave, NULL, &command), COAXLE_RANGE, slave, "kind: received 99");
   EXPECT(coaxle_command_init(&command, COAXLE_MOVE_ABSOLUTE), COAXLE_OK, NULL, "");
   EXPECT(coaxle_slave_execute(slave, NULL, &command, NULL), 0x422a, slave, "");
+  /* What cannot be passed out is not done either. */
+  uint32_t jobs[2];
+  EXPECT(coaxle_command_init(&command, COAXLE_POWER_ON), COAXLE_OK, NULL, "");
+  EXPECT(coaxle_slave_execute(slave, NULL, &command, (uint32_t *)(void *)((char *)jobs + 1)), COAXLE_MISALIGNED, slave, "job");
+  coaxle_slave_state state = {.struct_size = sizeof state};
+  EXPECT(coaxle_slave_update(slave, NULL, NULL, 0, 0.001, &state), COAXLE_OK, slave, "");
+  if (state.status != COAXLE_DISABLED || state.wants_power != 0) failures += 1;
   EXPECT(coaxle_slave_update(slave, NULL, NULL, 1, 0.001, NULL), COAXLE_NULL, slave, "masters");
   EXPECT(coaxle_slave_update(slave, NULL, NULL, 0, NAN, NULL), COAXLE_RANGE, slave, "elapsed_s");
   coaxle_actual actual = {.struct_size = sizeof actual};
