@@ -129,13 +129,16 @@ fn take_corner(stream: &mut Stream, values: &[f64; BLOCK], middle: i64, seconds_
     let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let level = expected + lowest_level(values, cell);
+    let known = estimate.offset_variance_after(dt, line.bank.drift_walk());
     if let Some(corner) = stream.teeth.corner(level, highest - lowest, cell) {
-        let known = estimate.offset_variance_after(dt, line.bank.drift_walk());
         stream.teeth.learn(corner - expected, known);
         line.at = line.at.max(middle);
         line.bank
             .observe(dt, corner, stream.teeth.corner_variance());
-    } else if let Some(drift) = stream.teeth.greatest_drift(&estimate, dt, level, cell) {
+    } else if let Some(border) = stream.teeth.border_left(expected, known, level, cell)
+        && dt > 0.0
+    {
+        let drift = (border - estimate.offset) / dt;
         line.bank.begin_anew(&Estimate { drift, ..estimate });
     }
     let ahead = middle.saturating_sub(line.at).max(0) as f64 * seconds_per_count;

@@ -181,30 +181,27 @@ impl Teeth {
         }
     }
 
-    /// Drift of a line that stays within its cell until now, if `estimate`, that of the newest corner `dt` seconds ago, has left it: phases
-    /// are at `level`, and nothing jumped.
+    /// Border that a line has left its cell by, if it has: phases are at `level`, nothing jumped, and the line is expected at `expected` with
+    /// the variance `known`.
     // A message is seen after it came, and no later than with the next cell. Where the first tooth comes soon after the start it shows a
     // drift that is too great by any factor; the line then left its cell, a path was thought to have jumped, and every corner after it
     // belonged to another line. It stays at the border instead until the tooth is there, which then shows that very drift.
-    pub(in crate::observer) fn greatest_drift(
+    pub(in crate::observer) fn border_left(
         &self,
-        estimate: &Estimate,
-        dt: f64,
+        expected: f64,
+        known: f64,
         level: f64,
         cell: f64,
     ) -> Option<f64> {
-        let unsure = estimate.drift_variance * dt * dt + estimate.offset_variance;
         let beyond =
-            TUNING.beyond * libm::sqrt(self.corner) + libm::sqrt(unsure).min(TUNING.level * cell);
-        let expected = estimate.offset + estimate.drift * dt;
-        let border = if expected > level + beyond {
-            level
+            TUNING.beyond * libm::sqrt(self.corner) + libm::sqrt(known).min(TUNING.level * cell);
+        if expected > level + beyond {
+            Some(level)
         } else if expected < level - cell - beyond {
-            level - cell
+            Some(level - cell)
         } else {
-            return None;
-        };
-        (dt > 0.0).then_some((border - estimate.offset) / dt)
+            None
+        }
     }
 
     /// Learns the variance of corners from one that was off by `off`, where the line has the variance `known`.

@@ -121,6 +121,43 @@ fn wherever_in_a_cell_the_first_message_comes() {
     }
 }
 
+/// Silences, and runs that begin anywhere in a cell.
+#[test]
+fn teeth_are_found_after_silences_and_restarts() {
+    for drift in [300.0, -300.0] {
+        for tenths in 0..10 {
+            let mut world = World {
+                wakes_late: true,
+                delay: 200e3 + 100e3 * f64::from(tenths),
+                ..polled(1_000, drift, 0.0)
+            };
+            let assert_settled = |world: &mut World, what: &str| {
+                let _ = world.run(60.0);
+                let worst = (0..10_000).map(|_| {
+                    let output = world.step();
+                    let off = world.error().abs();
+                    assert!(off < 5e-6 + 3.0 * output.offset_sigma.0, "{what}: {off}");
+                    off
+                });
+                let worst = worst.fold(0.0, f64::max);
+                assert!(
+                    worst < 12e-6,
+                    "{drift} ppm, {tenths} tenths, {what}: {worst}"
+                );
+            };
+            assert_settled(&mut world, "start");
+            world.silent = true;
+            let _ = world.run(2.0);
+            world.silent = false;
+            assert_settled(&mut world, "silence");
+            world.epoch += 1;
+            world.count = 0;
+            world.due += 370e3;
+            assert_settled(&mut world, "restart");
+        }
+    }
+}
+
 #[test]
 fn before_a_tooth_came_nothing_is_sure_where_arrivals_do_not_echo_the_stamps() {
     let mut world = World {
