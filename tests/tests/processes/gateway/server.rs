@@ -27,6 +27,7 @@ struct State {
     cycle: u64,
     is_stopped: bool,
     talks_nonsense: bool,
+    is_away: bool,
 }
 
 struct Connection {
@@ -63,6 +64,7 @@ impl Plc {
             cycle: 65_500,
             is_stopped: false,
             talks_nonsense: false,
+            is_away: false,
         }));
         let of_server = Arc::clone(&state);
         std::thread::spawn(move || {
@@ -123,10 +125,20 @@ impl Plc {
 
     pub(crate) fn talk_nonsense(&self) {
         self.lock().talks_nonsense = true;
-        self.hang_up();
+        self.drop_connections();
     }
 
     pub(crate) fn hang_up(&self) {
+        self.lock().is_away = true;
+        self.drop_connections();
+    }
+
+    /// Accepts connections again.
+    pub(crate) fn come_back(&self) {
+        self.lock().is_away = false;
+    }
+
+    fn drop_connections(&self) {
         for connection in self.lock().connections.drain(..) {
             let _ = connection.stream.shutdown(Shutdown::Both);
         }
@@ -241,6 +253,9 @@ fn serve(mut stream: TcpStream, state: &Mutex<State>) {
     };
     // Notifications and replies must not wait for each other's acknowledgements.
     stream.set_nodelay(true).expect("it is there");
+    if state.lock().expect("it is there").is_away {
+        return;
+    }
     if state.lock().expect("it is there").talks_nonsense {
         // A header that announces 3 bytes, fewer than any packet has.
         let _ = stream.write_all(&[0, 0, 3, 0, 0, 0, 1, 2, 3]);
