@@ -22,6 +22,7 @@
 #include <stdint.h>
 typedef struct coaxle_far_clock coaxle_far_clock;
 typedef struct coaxle_cycle_lock coaxle_cycle_lock;
+typedef struct coaxle_encoder coaxle_encoder;
 typedef struct coaxle_key coaxle_key;
 typedef struct coaxle_tables coaxle_tables;
 typedef struct coaxle_slave coaxle_slave;
@@ -450,6 +451,74 @@ typedef struct coaxle_far_phase {
   int64_t cycle_time_ns;
 } coaxle_far_phase;
 
+// Parameters of the master of an encoder. `coaxle_encoder_parameters_init` sets all but the increment.
+typedef struct coaxle_encoder_parameters {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // Width of the counter, 8 to 64 bits.
+  uint32_t counter_bits;
+  // Cycle time of the set values, ns: 100 000 to 100 000 000.
+  int64_t cycle_time_ns;
+  // Length of one count, u.
+  double increment;
+  // Cycle time in which the counter is read, s; 0: that of the set values.
+  double sampling_time_s;
+  // Time constant of the smoothing, s; 0: the best for the increment.
+  double smoothing_s;
+  // Speed that the axis never exceeds, u/s. A count that needs 1.5 times as much is refused.
+  double max_speed;
+  // Standard deviation of the shaft's vibration, u.
+  double vibration;
+  // Standard deviation of the instants at which the counter is read, s.
+  double timing_sigma_s;
+  // Largest acceleration of the set values, u/s².
+  double acceleration_limit;
+  // Largest jerk of the set values, u/s³.
+  double jerk_limit;
+  // Largest speed at which a master at rest too far ahead walks back, u/s.
+  double trim_speed;
+} coaxle_encoder_parameters;
+
+// A reading of the counter. It does not grow.
+typedef struct coaxle_encoder_sample {
+  // The count. Bits beyond the width of the counter are ignored; a signed one is passed as its two's complement.
+  uint64_t count;
+  // Sampling cycles since the sample before: 1, or more after lost ones. The sample of 0 cycles is the last one again.
+  uint32_t cycles;
+  // 0.
+  uint32_t reserved;
+} coaxle_encoder_sample;
+
+// Set values of the master of an encoder, and what is known about them.
+typedef struct coaxle_encoder_state {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // Current or last direction: 1, -1, or 0 before the first motion.
+  int32_t direction;
+  // Other than 0 if no edge has come for a quarter of a second, or none that is a motion.
+  uint32_t is_standstill;
+  // Other than 0 while the set values walk back to the position of the axis at rest.
+  uint32_t is_trimming;
+  // Other than 0 once the set values have settled and keep their limits.
+  uint32_t is_acquired;
+  // Refused counts that no motion explains.
+  uint32_t refused_jumps;
+  // Presets of the counter.
+  uint32_t counter_resets;
+  // 0.
+  uint32_t reserved;
+  // Set position, u.
+  double position;
+  // Set velocity, u/s.
+  double velocity;
+  // Set acceleration, u/s².
+  double acceleration;
+  // Standard deviation of the estimated position, u.
+  double position_sigma;
+  // Standard deviation of the estimated velocity, u/s.
+  double velocity_sigma;
+} coaxle_encoder_state;
+
 // Parameters of a far clock.
 typedef struct coaxle_far_clock_parameters {
   // `sizeof` this struct.
@@ -782,6 +851,31 @@ int32_t coaxle_cycle_lock_state(coaxle_cycle_lock *lock,
                                 uint32_t *state,
                                 double *phase_s,
                                 double *period_ppm);
+
+// Sets the parameters of an encoder with this increment (u), at this cycle time (ns), to their defaults, but for `struct_size`, which
+// the caller has set. The defaults are for axes in millimetres.
+int32_t coaxle_encoder_parameters_init(struct coaxle_encoder_parameters *parameters,
+                                       double increment,
+                                       int64_t cycle_time_ns);
+
+// Makes the master of an encoder, and passes it out in `out`.
+int32_t coaxle_encoder_new(const struct coaxle_encoder_parameters *parameters, coaxle_encoder **out);
+
+// Frees the master of an encoder; `NULL` is left alone.
+void coaxle_encoder_free(coaxle_encoder *encoder);
+
+// Runs a cycle, `elapsed` cycles after the one before.
+//
+// `sample` is the new reading, `NULL` without one. The set values belong to the instant `horizon_s` after the newest reading, which is
+// a cycle more with every cycle without one. `state` may be `NULL`.
+int32_t coaxle_encoder_update(coaxle_encoder *encoder,
+                              const struct coaxle_encoder_sample *sample,
+                              double horizon_s,
+                              uint32_t elapsed,
+                              struct coaxle_encoder_state *state);
+
+// Forgets where the encoder was: the next reading is the first one.
+int32_t coaxle_encoder_restart(coaxle_encoder *encoder);
 
 // Makes a far clock, and passes it out in `out`.
 int32_t coaxle_far_clock_new(const struct coaxle_far_clock_parameters *parameters, coaxle_far_clock **out);

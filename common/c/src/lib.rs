@@ -7,6 +7,7 @@
 //! | room | here |
 //! |--|--|
 //! | `coaxle_clock` | [`coaxle_far_clock`], [`coaxle_cycle_lock`] |
+//! | `coaxle_remote` | [`coaxle_encoder`](struct@coaxle_encoder) |
 //! | `coaxle_wire` | [`coaxle_key`]: frames, time requests and responses as bytes |
 //! | `coaxle_slave`, `coaxle_cam` | [`coaxle_slave`](struct@coaxle_slave), [`coaxle_tables`] |
 //! | `coaxle_receiver` | [`coaxle_receiver`](struct@coaxle_receiver): a whole node by its config |
@@ -28,6 +29,7 @@ mod command;
 mod command_checked;
 mod common_time;
 mod cycle_lock;
+mod encoder;
 mod failure;
 mod far_clock;
 mod handle;
@@ -48,6 +50,7 @@ pub use caller_drive::*;
 pub use command::*;
 pub use common_time::*;
 pub use cycle_lock::*;
+pub use encoder::*;
 pub use failure::*;
 pub use far_clock::*;
 pub use phase::*;

@@ -32,6 +32,39 @@ fn text(of: &str) -> CString {
 }
 
 #[test]
+fn the_master_of_an_encoder() {
+    // SAFETY: the rules of the header.
+    unsafe {
+        let mut parameters: coaxle_encoder_parameters = sized();
+        let mut encoder = null_mut();
+        assert_eq!(
+            coaxle_encoder_parameters_init(&raw mut parameters, 0.01, CYCLE),
+            COAXLE_OK
+        );
+        assert_eq!(
+            coaxle_encoder_new(&raw const parameters, &raw mut encoder),
+            COAXLE_OK
+        );
+        let mut state: coaxle_encoder_state = sized();
+        assert_no_alloc(|| {
+            for cycle in 0..1_000 {
+                let sample = coaxle_encoder_sample {
+                    count: 50 * cycle,
+                    cycles: 1,
+                    reserved: 0,
+                };
+                // An instant that is no number is refused, with a sentence.
+                let horizon = [0.0, f64::NAN][usize::from(cycle % 100 == 99)];
+                let _ =
+                    coaxle_encoder_update(encoder, &raw const sample, horizon, 1, &raw mut state);
+            }
+        });
+        assert!(state.velocity > 499.0, "{} mm/s", state.velocity);
+        coaxle_encoder_free(encoder);
+    }
+}
+
+#[test]
 fn a_slave_axis_of_a_program_of_ones_own() {
     // SAFETY: the rules of the header.
     unsafe {

@@ -8,7 +8,8 @@ use std::process::{Command, Output};
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::far_clock::{DelaySource, FarClock};
 use coaxle_clock::observer::ObserverParameters;
-use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_clock::{CycleTime, Instant, Seconds, Span};
+use coaxle_remote::{EncoderMaster, EncoderParameters, EncoderSample};
 // Has the static library built.
 use coaxle_c as _;
 
@@ -134,6 +135,31 @@ fn a_recording_is_followed_to_the_last_bit() {
         }
         assert_eq!(out.lines().count(), expected.lines().count(), "{name}");
     }
+}
+
+#[test]
+fn counts_of_an_encoder_are_a_master() {
+    let Some(out) = run(C, "examples/encoder.c", &["3"]) else {
+        return;
+    };
+    let parameters = EncoderParameters {
+        increment: 0.01,
+        ..EncoderParameters::default()
+    };
+    let checked = parameters.checked(Span::from_millis(1));
+    let mut master = EncoderMaster::new(&checked.expect("good parameters"));
+    for line in out.lines() {
+        let numbers: Vec<&str> = line.split(' ').collect();
+        let sample = EncoderSample::next(numbers[0].parse().expect("a count"));
+        let set = master.update(Some(sample), Seconds::ZERO, 1).set;
+        // 17 digits are exact.
+        let received: Vec<f64> = numbers[1..]
+            .iter()
+            .filter_map(|of| of.parse().ok())
+            .collect();
+        assert_eq!(received, [set.position, set.velocity, set.acceleration]);
+    }
+    assert_eq!(out.lines().count(), 3_000);
 }
 
 #[test]

@@ -70,6 +70,21 @@ int main(void) {
   coaxle_far_clock_free(clock);
   coaxle_far_clock_free(NULL);
 
+  coaxle_encoder_parameters of_encoder = {.struct_size = 4};
+  coaxle_encoder *encoder;
+  EXPECT(coaxle_encoder_parameters_init(&of_encoder, 0.01, 1000000), COAXLE_STRUCT_SIZE, NULL, "88");
+  of_encoder.struct_size = sizeof of_encoder;
+  EXPECT(coaxle_encoder_parameters_init(&of_encoder, NAN, 1000000), COAXLE_OK, NULL, "");
+  EXPECT(coaxle_encoder_new(&of_encoder, &encoder), 0x4b56, NULL, "increment");
+  of_encoder.increment = 0.01;
+  of_encoder.counter_bits = 300;
+  EXPECT(coaxle_encoder_new(&of_encoder, &encoder), COAXLE_RANGE, NULL, "counter_bits: received 300");
+  of_encoder.counter_bits = 64;
+  EXPECT(coaxle_encoder_new(&of_encoder, &encoder), COAXLE_OK, NULL, "");
+  EXPECT(coaxle_encoder_update(encoder, NULL, NAN, 1, NULL), COAXLE_RANGE, encoder, "horizon_s");
+  EXPECT(coaxle_encoder_update(encoder, NULL, 0.0, 1, NULL), COAXLE_OK, encoder, "");
+  coaxle_encoder_free(encoder);
+
   coaxle_key *key;
   EXPECT(coaxle_key_new("\xFF", &key), COAXLE_TEXT, NULL, "byte 0");
   EXPECT(coaxle_key_new("coaxle/a/axes", &key), COAXLE_OK, NULL, "");

@@ -111,12 +111,43 @@ fn a_plc_of_a_few_lines_gets_its_axis_back_by_udp() {
     let Some(python) = python::with("socket") else {
         return;
     };
-    let (to_plc, to_gateway) = (free_port(), free_port());
     let mut plc = Command::new(python);
-    plc.arg(script("plc_udp.py"))
-        .args([&to_plc.to_string(), &to_gateway.to_string(), SECONDS]);
+    plc.arg(script("plc_udp.py"));
+    by_udp("UDP", plc);
+}
+
+#[test]
+fn a_microcontroller_without_a_library_gets_its_axis_back_by_udp() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let program = folder.path().join("microcontroller");
+    let source = "../common/c/examples/microcontroller.c";
+    let mut compiler = Command::new("cc");
+    compiler
+        .args([
+            "-std=c11",
+            "-D_DEFAULT_SOURCE",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+        ])
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(source))
+        .arg("-o")
+        .arg(&program);
+    let Ok(output) = compiler.output() else {
+        println!("not tested: there is no compiler for C");
+        return;
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    by_udp("a microcontroller", Command::new(program));
+}
+
+/// Judges a PLC that takes the port of its own, that of the gateway, and the duration of its run.
+fn by_udp(what: &str, mut plc: Command) {
+    let (to_plc, to_gateway) = (free_port(), free_port());
+    plc.args([&to_plc.to_string(), &to_gateway.to_string(), SECONDS]);
     let way = format!(
         "layout = 'axlestruct'\n[udp]\nlisten = '127.0.0.1:{to_gateway}'\nsend-to = '127.0.0.1:{to_plc}'\n"
     );
-    judge("UDP", circle(&way, ["", "", ""], plc, 2_000));
+    judge(what, circle(&way, ["", "", ""], plc, 2_000));
 }
