@@ -7,22 +7,25 @@ const TOLERANCE: Span = Span::from_millis(100);
 /// Additional tolerance, as a part of that time.
 // 0.5 % is far more than clocks drift: a gap of 20 s doubles the tolerance.
 const TOLERANCE_PER_TIME: f64 = 0.005;
-/// Number of samples that continue each other, but not the run before, that begin another run.
+/// Least number of samples that continue each other, but not the run before, that begin another run.
 // At 1 ms a stray index fits another by chance in 200 of 65 536 cases, and four in a row with a probability of 10⁻¹⁰.
 const SAMPLES_OF_A_RUN: u32 = 5;
+/// Least time between the first and the last of them.
+// Late samples come at once, such as the notifications that a lost segment of TCP has held back for 200 ms. They are of the run before, and the newest
+// of them shows it.
+const TIME_OF_A_RUN: Span = Span::from_millis(100);
 
 /// Counts the cycles of a PLC by its index, a `WORD`, and the elapsed time.
 ///
 /// The count begins with the first index, so that the index is its low 16 bits, and increases with the
 /// index. Whole turns of the index follow from the elapsed time. A sample whose index does not match the
-/// time is not a cycle of this run, and five such samples that match each other are a restarted PLC.
+/// time is not a cycle of this run. Five such samples that match each other, over a tenth of a second, are a restarted PLC.
 #[derive(Clone, Debug)]
 pub struct IndexCounter {
     cycle_time: CycleTime,
     newest: Option<CountedSample>,
     run: u64,
-    /// A run that may have begun, and the number of its samples.
-    suspect: Option<(CountedSample, u32)>,
+    suspect: Option<SuspectedRun>,
     /// True if the next sample begins a run in any case.
     begins: bool,
 }
@@ -32,6 +35,29 @@ struct CountedSample {
     count: u64,
     index: CycleIndex,
     at: Instant<Local>,
+}
+
+/// A run that may have begun.
+#[derive(Clone, Copy, Debug)]
+struct SuspectedRun {
+    since: Instant<Local>,
+    newest: CountedSample,
+    samples: u32,
+}
+
+impl SuspectedRun {
+    const fn new(first: CountedSample) -> Self {
+        Self {
+            since: first.at,
+            newest: first,
+            samples: 1,
+        }
+    }
+
+    /// True if it is one.
+    fn is_sure(&self) -> bool {
+        self.samples >= SAMPLES_OF_A_RUN && self.newest.at - self.since >= TIME_OF_A_RUN
+    }
 }
 
 /// Classification of a sample.
@@ -114,22 +140,26 @@ impl IndexCounter {
     fn suspect(&mut self, index: CycleIndex, at: Instant<Local>) -> SampleClass {
         let count = u64::from(index.0);
         let this = CountedSample { count, index, at };
-        let (newest, seen) = match self.suspect {
-            Some((before, seen)) => match self.steps(before, index, at) {
+        let suspect = match self.suspect {
+            Some(suspect) => match self.steps(suspect.newest, index, at) {
                 // Samples of the new run continue each other.
-                Some(steps) if steps > 0 => (this, seen + 1),
+                Some(steps) if steps > 0 => SuspectedRun {
+                    newest: this,
+                    samples: suspect.samples + 1,
+                    ..suspect
+                },
                 // A repetition of the suspect adds nothing, and an older one neither.
-                Some(_) => (before, seen),
+                Some(_) => suspect,
                 // Fits neither the run nor the suspect: the newest stray is the more likely beginning.
-                None => (this, 1),
+                None => SuspectedRun::new(this),
             },
-            None => (this, 1),
+            None => SuspectedRun::new(this),
         };
-        if seen >= SAMPLES_OF_A_RUN {
+        if suspect.is_sure() {
             self.run += 1;
             return self.begin(index, at);
         }
-        self.suspect = Some((newest, seen));
+        self.suspect = Some(suspect);
         SampleClass::Foreign
     }
 
@@ -203,24 +233,41 @@ mod tests {
     }
 
     #[test]
-    fn another_index_is_followed_only_after_it_came_five_times() {
+    fn another_index_is_followed_only_after_it_came_for_a_tenth_of_a_second() {
         let mut counter = counter();
         let _ = counter.classify(CycleIndex(5_000), ms(0));
-        for k in 1..5 {
+        for k in 1..=100 {
             let seen = counter.classify(CycleIndex(k), ms(i64::from(k)));
             assert_eq!(seen, SampleClass::Foreign);
         }
-        // A damaged one only delays it.
-        // The fifth of them begins the run, with its own index as the count.
-        let (count, run) = (5, 1);
+        // This one begins the run, with its own index as the count.
+        let (count, run) = (101, 1);
         assert_eq!(
-            counter.classify(CycleIndex(5), ms(5)),
+            counter.classify(CycleIndex(101), ms(101)),
             SampleClass::Begun { count, run }
         );
         assert_eq!(
-            counter.classify(CycleIndex(6), ms(6)),
-            SampleClass::New { count: 6 }
+            counter.classify(CycleIndex(102), ms(102)),
+            SampleClass::New { count: 102 }
         );
+    }
+
+    #[test]
+    fn samples_that_were_held_back_and_come_at_once_are_no_other_run() {
+        let mut counter = counter();
+        let _ = counter.classify(CycleIndex(0), ms(0));
+        // All of 250 ms, at their end: those that are too late are left out, and the newest go on.
+        for k in 1..=250 {
+            let seen = counter.classify(CycleIndex(k), ms(250));
+            // The tolerance is 0.1 s, and 0.5 % of the 0.25 s.
+            match k < 149 {
+                true => assert_eq!(seen, SampleClass::Foreign, "{k}"),
+                false => assert!(matches!(seen, SampleClass::New { .. }), "{k}"),
+            }
+        }
+        let seen = counter.classify(CycleIndex(251), ms(251));
+        assert_eq!(seen, SampleClass::New { count: 251 });
+        assert_eq!(counter.run, 0);
     }
 
     #[test]

@@ -100,11 +100,12 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
         let (plc, port) = (Plc::start(), free_port());
         let folder = tempfile::tempdir().expect("a scratch folder");
         let config = gateway(&plc, port, read, "G.a", output);
+        // A PLC that was away for long is another run, which a receiver follows by itself if it is to.
         let receiver = format!(
             "name = 'saw'\ncycle-time-us = 4000\npublish-far-axes = true\n\
              [transport]\nconnect = ['tcp/127.0.0.1:{port}']\n\
              [[far]]\nnode = 'plc'\naxes = [1]\n\
-             observer = {{ age-of-data-limit = {SILENT} }}\n"
+             sync.time-sync = {{ age-of-data-limit = {SILENT}, automatic-re-init = true }}\n"
         );
         let _gateway = node("gateway", folder.path(), &config);
         let _receiver = node("receiver", folder.path(), &receiver);
