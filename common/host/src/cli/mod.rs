@@ -76,12 +76,12 @@ impl LogArgs {
     }
 
     /// Zenoh's own lines repeat at every connection attempt, and end a node's log with errors (`unknown expr_id`) that are none. The
-    /// nodes report each fault once, with its remedy.
+    /// nodes report each fault once, with its remedy. The library of OPC UA has some lines for each connection.
     fn filter(self) -> &'static str {
         match (self.quiet, self.verbose) {
-            (true, _) => "error,zenoh=off",
-            (false, 0) => "info,zenoh=off",
-            (false, 1) => "debug,zenoh=warn",
+            (true, _) => "error,zenoh=off,opcua=off",
+            (false, 0) => "info,zenoh=off,opcua=warn,opcua_core=off",
+            (false, 1) => "debug,zenoh=warn,opcua=info",
             (false, _) => "trace,zenoh=debug",
         }
     }

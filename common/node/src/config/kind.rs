@@ -21,7 +21,7 @@ struct ConfigKind {
 
 /// All kinds, in the order in which they are tried: a scenario has the fields of senders and receivers in its tables only, but a
 /// gateway has an `axis` as a sender has.
-const KINDS: [ConfigKind; 7] = [
+const KINDS: [ConfigKind; 8] = [
     ConfigKind {
         name: "a gear file",
         command: "coaxle gear plan",
@@ -49,6 +49,13 @@ const KINDS: [ConfigKind; 7] = [
         marks: &["pipe", "udp", "ads", "layout", "output"],
         list: None,
         own_field: "layout",
+    },
+    ConfigKind {
+        name: "the config of a server of OPC UA",
+        command: "coaxle opcua",
+        marks: &["endpoint", "rights"],
+        list: None,
+        own_field: "endpoint",
     },
     ConfigKind {
         name: "the config of a receiver",
