@@ -9,6 +9,7 @@ use clap_complete::Shell;
 use coaxle_host::cli::{LogArgs, NodeArgs, exit_code};
 use coaxle_lab::catalog;
 use coaxle_lab::sweep::{self, Setup};
+use coaxle_opcua::host::OpcuaArgs;
 use coaxle_os::exit::{EXIT_CODES, Exit, lines_of};
 use coaxle_report::inspect;
 use coaxle_trials::Bar;
@@ -137,6 +138,8 @@ enum CoaxleCommand {
     /// Run a ROS 2 node that publishes the axes of running nodes as joint states, and takes trajectories; over Zenoh, as
     /// rmw_zenoh: docs/ROS2.md
     Ros2(Ros2Args),
+    /// Run a server of OPC UA that shows running nodes as objects, and takes commands as methods: docs/OPCUA.md
+    Opcua(OpcuaArgs),
     /// Record every cycle of running nodes, from outside: docs/RECORDING.md
     Record(RecordArgs),
     /// Replay the recording of a receiver in virtual time, with its config or another one, and compare: docs/RECORDING.md
@@ -241,6 +244,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
         Some(CoaxleCommand::Scope(args)) => return scope::scope(&args),
         Some(CoaxleCommand::Ros2(args)) => return ros2::ros2(&args),
+        Some(CoaxleCommand::Opcua(args)) => return coaxle_opcua::host::run(&args),
         Some(CoaxleCommand::Record(args)) => return recorded::record(&args),
         Some(CoaxleCommand::Replay(args)) => return recorded::replay(&args),
         Some(CoaxleCommand::Recover(args)) => (

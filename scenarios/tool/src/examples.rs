@@ -4,7 +4,7 @@ use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect;
 
 /// Kind of node, name and text of each config.
-const EXAMPLES: [(&str, &str, &str); 11] = [
+const EXAMPLES: [(&str, &str, &str); 12] = [
     (
         "sender",
         "conveyor",
@@ -61,6 +61,11 @@ const EXAMPLES: [(&str, &str, &str); 11] = [
         "plc-udp",
         include_str!("../../../common/gateway/configs/plc-udp.toml"),
     ),
+    (
+        "opcua",
+        "opcua",
+        include_str!("../../../common/opcua/configs/opcua.toml"),
+    ),
 ];
 
 /// Prints a config, or without a name the list of them.
@@ -110,7 +115,9 @@ fn line((role, name, text): &(&str, &str, &str)) -> String {
 mod tests {
     use super::*;
     use coaxle_gateway::config::GatewayConfig;
+    use coaxle_node::config::parse;
     use coaxle_node::lab::{NodeFile, WithLab};
+    use coaxle_opcua::config::OpcuaConfig;
     use coaxle_receiver::ReceiverConfig;
     use coaxle_sender::config::SenderConfig;
 
@@ -120,6 +127,7 @@ mod tests {
             ("sender", "sender"),
             ("receiver", "receiver"),
             ("gateway", "common/gateway"),
+            ("opcua", "common/opcua"),
         ] {
             let folder = format!("{}/../../{place}/configs", env!("CARGO_MANIFEST_DIR"));
             for file in std::fs::read_dir(folder).unwrap() {
@@ -147,6 +155,10 @@ mod tests {
                 "sender" => drop(read::<SenderConfig>(name, text)),
                 "gateway" => {
                     let config: GatewayConfig = read(name, text);
+                    assert_eq!(config.check(), Ok(()), "{name}");
+                }
+                "opcua" => {
+                    let config: OpcuaConfig = parse(name, text).unwrap();
                     assert_eq!(config.check(), Ok(()), "{name}");
                 }
                 _ => drop(read::<ReceiverConfig>(name, text)),

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Run",
         &[
-            "demo", "sender", "receiver", "gateway", "ros2", "run", "sweep", "soak",
+            "demo", "sender", "receiver", "gateway", "ros2", "opcua", "run", "sweep", "soak",
         ],
     ),
     (

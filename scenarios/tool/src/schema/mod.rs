@@ -16,6 +16,7 @@ use coaxle_gateway::config::GatewayConfig;
 use coaxle_lab::scenario::Scenario;
 use coaxle_node::config::schema::schema_of;
 use coaxle_node::lab::NodeFile;
+use coaxle_opcua::config::OpcuaConfig;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_report::inspect::print_text;
 use coaxle_sender::config::SenderConfig;
@@ -45,6 +46,8 @@ pub enum FileKind {
     Receiver,
     /// The config of a gateway to a PLC
     Gateway,
+    /// The config of a server of OPC UA
+    Opcua,
     /// A cam plate
     Cam,
     /// A flying saw at the moment of coupling
@@ -62,6 +65,7 @@ impl FileKind {
             Self::Sender => "sender",
             Self::Receiver => "receiver",
             Self::Gateway => "gateway",
+            Self::Opcua => "opcua",
             Self::Cam => "cam",
             Self::Saw => "saw",
             Self::Gear => "gear",
@@ -76,6 +80,7 @@ impl FileKind {
             Self::Sender => NodeFile::<SenderConfig>::schema(),
             Self::Receiver => NodeFile::<ReceiverConfig>::schema(),
             Self::Gateway => NodeFile::<GatewayConfig>::schema(),
+            Self::Opcua => schema_of::<OpcuaConfig>(),
             Self::Cam => schema_of::<CamFile>(),
             Self::Saw => schema_of::<SawFile>(),
             Self::Gear => schema_of::<GearFile>(),

@@ -42,6 +42,7 @@ fn every_file_that_is_shipped_fits_its_schema() {
         (FileKind::Sender, &["../sender/configs"]),
         (FileKind::Receiver, &["../receiver/configs"]),
         (FileKind::Gateway, &["../common/gateway/configs"]),
+        (FileKind::Opcua, &["../common/opcua/configs"]),
         (FileKind::Cam, &["cams"]),
         (FileKind::Saw, &["saws"]),
         (FileKind::Gear, &["gears"]),

@@ -118,7 +118,7 @@ fn needs_no_node(command: &DocumentedCommand) -> bool {
         ["cam" | "saw" | "gear", kind, ..] => *kind != "edit",
         ["list" | "show" | "example" | "schema", ..] | ["secure", "init", ..] => true,
         ["init", rest @ ..] => !rest.is_empty(),
-        ["gateway" | "receiver" | "sender", .., "--check"] => !words[2].starts_with('/'),
+        ["gateway" | "opcua" | "receiver" | "sender", .., "--check"] => !words[2].starts_with('/'),
         _ => false,
     }
 }
