@@ -11,7 +11,8 @@
  *   with an older header goes on working. What a program does not set is 0.
  * - A pointer is valid for the call and points to as much as the function says. NULL and what is not aligned are errors.
  * - Memory is allocated by _new, _free and coaxle_tables_ functions alone: all others can be called in a real-time cycle. None opens
- *   a connection, starts a thread, reads a clock, takes a lock or writes a log.
+ *   a connection, starts a thread, reads a clock, takes a lock or writes a log. Only coaxle_drive_process_new and
+ *   coaxle_drive_node_new open, lock and map a file.
  * - Times are ns of the caller's monotonic clock, or of the far one where stated; positions are in user units (u).
  */
 
@@ -27,6 +28,8 @@ typedef struct coaxle_key coaxle_key;
 typedef struct coaxle_tables coaxle_tables;
 typedef struct coaxle_slave coaxle_slave;
 typedef struct coaxle_receiver coaxle_receiver;
+typedef struct coaxle_drive_process coaxle_drive_process;
+typedef struct coaxle_drive_node coaxle_drive_node;
 
 
 // Version of this interface. It grows when a function or a struct is added; what there is stays as it is.
@@ -205,6 +208,15 @@ typedef struct coaxle_receiver coaxle_receiver;
 
 // The cycle times are no multiples of each other, or the clocks drift by too much: nothing moves.
 #define COAXLE_LOCK_REFUSED 4
+
+// No power, or not yet.
+#define COAXLE_PROCESS_OFF 0
+
+// The drive follows its set position.
+#define COAXLE_PROCESS_FOLLOWING 1
+
+// The drive has an error, until `resets` of the set values changes.
+#define COAXLE_PROCESS_ERROR 2
 
 // Success.
 #define COAXLE_OK 0
@@ -450,6 +462,98 @@ typedef struct coaxle_far_phase {
   // Nominal cycle time of the far node, ns.
   int64_t cycle_time_ns;
 } coaxle_far_phase;
+
+// Set values of a cycle of the node, for the process of a drive.
+typedef struct coaxle_drive_set_values {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // 1: switch power on and follow; 0: no power, and the other set values are undefined.
+  uint32_t is_enabled;
+  // Incremented in each cycle of the node.
+  uint64_t counter;
+  // Ideal start of that cycle, ns of `CLOCK_MONOTONIC`: the instant of the set values.
+  int64_t ideal_start_ns;
+  // Set position, u.
+  double position;
+  // Set velocity, u/s.
+  double velocity;
+  // Set acceleration, u/s².
+  double acceleration;
+  // A changed number: acknowledge errors.
+  uint64_t resets;
+} coaxle_drive_set_values;
+
+// Actual values of a drive, as its process reports them.
+typedef struct coaxle_drive_values {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // `COAXLE_PROCESS_OFF` to `COAXLE_PROCESS_ERROR`.
+  uint32_t state;
+  // Error code of the drive, 0 without an error.
+  uint32_t error;
+  // 0.
+  uint32_t reserved;
+  // Counter of the set values that were read.
+  uint64_t counter;
+  // Number of `resets` that was executed.
+  uint64_t resets;
+  // Actual position, u.
+  double position;
+  // Actual velocity, u/s.
+  double velocity;
+} coaxle_drive_values;
+
+// Parameters of the node's end.
+typedef struct coaxle_drive_memory_parameters {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // Axis id of the slave.
+  uint32_t axis_id;
+  // Number of this run of the node, any other than the one before.
+  uint64_t run;
+  // Nominal cycle time of the node, ns.
+  int64_t cycle_time_ns;
+  // Cycles without a heartbeat of the process, 1 to 100 000.
+  uint32_t max_silent_cycles;
+  // Cycles from the request for power until the drive must follow.
+  uint32_t switch_on_cycles;
+  // Largest following error, u; above 0.
+  double following_error_window;
+  // Time for which it may be exceeded, s.
+  double following_error_time_s;
+} coaxle_drive_memory_parameters;
+
+// A cycle of the node.
+typedef struct coaxle_drive_memory_command {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // Other than 0: switch power on and follow.
+  uint32_t wants_power;
+  // Ideal start of the cycle, ns of `CLOCK_MONOTONIC`.
+  int64_t ideal_start_ns;
+  // Time since the cycle before, s.
+  double elapsed_s;
+  // Set position, u.
+  double position;
+  // Set velocity, u/s.
+  double velocity;
+  // Set acceleration, u/s².
+  double acceleration;
+} coaxle_drive_memory_command;
+
+// Actual values of a drive.
+typedef struct coaxle_actual {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // `COAXLE_DRIVE_OFF` to `COAXLE_DRIVE_TRIPPED`.
+  uint32_t state;
+  // Actual position, u.
+  double position;
+  // Actual velocity, u/s.
+  double velocity;
+  // Set minus actual position, u.
+  double following_error;
+} coaxle_actual;
 
 // Parameters of the master of an encoder. `coaxle_encoder_parameters_init` sets all but the increment.
 typedef struct coaxle_encoder_parameters {
@@ -716,20 +820,6 @@ typedef struct coaxle_slave_state {
   uint32_t reserved;
 } coaxle_slave_state;
 
-// Actual values of a drive.
-typedef struct coaxle_actual {
-  // `sizeof` this struct.
-  uint32_t struct_size;
-  // `COAXLE_DRIVE_OFF` to `COAXLE_DRIVE_TRIPPED`.
-  uint32_t state;
-  // Actual position, u.
-  double position;
-  // Actual velocity, u/s.
-  double velocity;
-  // Set minus actual position, u.
-  double following_error;
-} coaxle_actual;
-
 // Parameters of a slave axis.
 typedef struct coaxle_slave_parameters {
   // `sizeof` this struct.
@@ -851,6 +941,55 @@ int32_t coaxle_cycle_lock_state(coaxle_cycle_lock *lock,
                                 uint32_t *state,
                                 double *phase_s,
                                 double *period_ppm);
+
+// Attaches to the memory that a running node has created at `path`: opens, locks and maps the file. One process is attached at a time.
+//
+// # Errors
+// `COAXLE_NOT_THERE` without a running node, or with another process attached: later it may succeed. `COAXLE_REJECTED` for a file
+// that is no memory of a drive, or that may not be used.
+int32_t coaxle_drive_process_new(const char *path,
+                                 coaxle_drive_process **out);
+
+// Reports to the node that no process is attached, and frees the handle; `NULL` is left alone.
+void coaxle_drive_process_free(coaxle_drive_process *process);
+
+// Passes out the name of the slave, which stays until the handle is freed, its axis id, and the nominal cycle time of the node, ns. Each
+// of the three may be `NULL`.
+int32_t coaxle_drive_process_slave(coaxle_drive_process *process,
+                                   const char **name,
+                                   uint32_t *axis_id,
+                                   int64_t *cycle_time_ns);
+
+// Passes out the newest set values.
+//
+// # Errors
+// `COAXLE_NOT_THERE` while they are being written, when the previous ones stay in force; and after the end of the node, when
+// `is_attached` is 0: free the handle, and attach again.
+int32_t coaxle_drive_process_read(coaxle_drive_process *process,
+                                  uint32_t *is_attached,
+                                  struct coaxle_drive_set_values *out);
+
+// Reports the actual values of the drive. Each call is a heartbeat of the process.
+int32_t coaxle_drive_process_report(coaxle_drive_process *process, const struct coaxle_drive_values *values);
+
+// Creates the memory of a slave at `path`, on a file system in memory, or takes over the one of an earlier node that has crashed.
+// `name` is that of the slave.
+//
+// # Errors
+// `COAXLE_REJECTED` for a file that another node uses, that is something else, or to which others have any right.
+int32_t coaxle_drive_node_new(const struct coaxle_drive_memory_parameters *parameters,
+                              const char *path,
+                              const char *name,
+                              coaxle_drive_node **out);
+
+// Reports the end of the node to the process, removes the file, and frees the handle; `NULL` is left alone.
+void coaxle_drive_node_free(coaxle_drive_node *node);
+
+// Hands the set values of a cycle over, and passes out the actual values of the drive, as `coaxle_slave_report_actual` and
+// `coaxle_receiver_report_actual` take them. `out` may be `NULL`. A drive that has tripped stays so until `wants_power` has been 0.
+int32_t coaxle_drive_node_step(coaxle_drive_node *node,
+                               const struct coaxle_drive_memory_command *command,
+                               struct coaxle_actual *out);
 
 // Sets the parameters of an encoder with this increment (u), at this cycle time (ns), to their defaults, but for `struct_size`, which
 // the caller has set. The defaults are for axes in millimetres.

@@ -10,6 +10,7 @@
 //! | `coaxle_remote` | [`coaxle_encoder`](struct@coaxle_encoder) |
 //! | `coaxle_wire` | [`coaxle_key`]: frames, time requests and responses as bytes |
 //! | `coaxle_slave`, `coaxle_cam` | [`coaxle_slave`](struct@coaxle_slave), [`coaxle_tables`] |
+//! | `coaxle_drive_memory` | [`coaxle_drive_process`], [`coaxle_drive_node`]: the memory of a drive, from both ends |
 //! | `coaxle_receiver` | [`coaxle_receiver`](struct@coaxle_receiver): a whole node by its config |
 //!
 //! The border is in `handle` (calls), `memory` (pointers) and `failure` (errors): a function of the interface is a call of it with a closure.
@@ -29,6 +30,8 @@ mod command;
 mod command_checked;
 mod common_time;
 mod cycle_lock;
+mod drive_memory;
+mod drive_memory_structs;
 mod encoder;
 mod failure;
 mod far_clock;
@@ -50,6 +53,8 @@ pub use caller_drive::*;
 pub use command::*;
 pub use common_time::*;
 pub use cycle_lock::*;
+pub use drive_memory::*;
+pub use drive_memory_structs::*;
 pub use encoder::*;
 pub use failure::*;
 pub use far_clock::*;

@@ -275,3 +275,58 @@ fn a_far_clock_and_a_lock_to_it() {
         coaxle_far_clock_free(clock);
     }
 }
+
+#[test]
+fn both_ends_of_the_memory_of_a_drive() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("drive");
+    let path = text(path.to_str().expect("UTF-8"));
+    // SAFETY: the rules of the header.
+    unsafe {
+        let parameters = coaxle_drive_memory_parameters {
+            cycle_time_ns: CYCLE,
+            max_silent_cycles: 5,
+            switch_on_cycles: 50,
+            following_error_window: 10.0,
+            ..sized()
+        };
+        let (mut node, mut process) = (null_mut(), null_mut());
+        let name = text("carriage");
+        let code = coaxle_drive_node_new(
+            &raw const parameters,
+            path.as_ptr(),
+            name.as_ptr(),
+            &raw mut node,
+        );
+        assert_eq!(code, COAXLE_OK);
+        let code = coaxle_drive_process_new(path.as_ptr(), &raw mut process);
+        assert_eq!(code, COAXLE_OK);
+        let mut actual: coaxle_actual = sized();
+        assert_no_alloc(|| {
+            for cycle in 0..1_000 {
+                let command = coaxle_drive_memory_command {
+                    wants_power: 1,
+                    ideal_start_ns: cycle * CYCLE,
+                    elapsed_s: 1e-3,
+                    ..sized()
+                };
+                let code = coaxle_drive_node_step(node, &raw const command, &raw mut actual);
+                assert_eq!(code, COAXLE_OK);
+                let mut set: coaxle_drive_set_values = sized();
+                let code = coaxle_drive_process_read(process, null_mut(), &raw mut set);
+                assert_eq!((code, set.ideal_start_ns), (COAXLE_OK, cycle * CYCLE));
+                let values = coaxle_drive_values {
+                    state: COAXLE_PROCESS_FOLLOWING,
+                    counter: set.counter,
+                    resets: set.resets,
+                    ..sized()
+                };
+                let code = coaxle_drive_process_report(process, &raw const values);
+                assert_eq!(code, COAXLE_OK);
+            }
+        });
+        assert_eq!(actual.state, COAXLE_DRIVE_FOLLOWING);
+        coaxle_drive_process_free(process);
+        coaxle_drive_node_free(node);
+    }
+}

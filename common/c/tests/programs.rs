@@ -163,6 +163,13 @@ fn counts_of_an_encoder_are_a_master() {
 }
 
 #[test]
+fn a_drive_is_reached_from_both_ends_of_its_memory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let memory = folder.path().join("drive");
+    let _ = run(C, "tests/c/drive.c", &[memory.to_str().expect("UTF-8")]);
+}
+
+#[test]
 fn the_header_is_one_of_cpp() {
     let _ = run(CPP, "tests/c/header.cpp", &[]);
 }

@@ -7,7 +7,7 @@
 //! | room | contents |
 //! |--|--|
 //! | [`network`] | the [`Transport`](network::transport::Transport) to other nodes, and credentials for a secure network |
-//! | [`machine`] | this PC: real-time settings, fitness for cycles, resources that a program needs, memory shared with a drive process |
+//! | [`machine`] | this PC: real-time settings, fitness for cycles, resources that a program needs |
 //! | [`files`] | files of a run: traces and recordings |
 //! | [`node`] | a node in real time: cycle thread, rings, command server, status |
 //! | [`client`] | running nodes from outside: who is there, their statuses, commands to them |
@@ -15,9 +15,6 @@
 //!
 //! Only [`coaxle_os`] knows the operating system.
 //! Only the module behind [`OverZenoh`](network::transport::OverZenoh) knows Zenoh.
-//!
-//! The set values of a slave reach drive code in another process by [`machine::shared_memory`];
-//! `examples/drive_reader.rs` is such a process: `cargo run -p coaxle-host --example drive_reader`.
 
 pub mod cli;
 pub mod client;

@@ -1,6 +1,6 @@
 //! The drives of the slaves in the real world.
 
-use coaxle_host::machine::shared_memory::{DriveIdentity, SharedMemoryDrive};
+use coaxle_drive_memory::{DriveIdentity, SharedMemoryDrive};
 use coaxle_node::config::Wrong;
 
 use crate::config::{DriveConfig, ReceiverConfig};

@@ -7,7 +7,7 @@
     reason = "it waits for processes, which nothing is measured by"
 )]
 
-#[path = "../../../common/host/examples/drive_reader.rs"]
+#[path = "../../../common/drive-memory/examples/drive_reader.rs"]
 mod drive_reader;
 
 use std::fs::File;

@@ -6,7 +6,7 @@
 //! | kind | what it is |
 //! |--|--|
 //! | [`SimulatedDrive`] | position controller and lag, calculated |
-//! | [`ProcessDrive`] | drive code in another process: its attachment, heartbeat and faults. A [`DriveLink`] carries the values; `coaxle_host::SharedMemoryDrive` has one |
+//! | [`ProcessDrive`] | drive code in another process: its attachment, heartbeat and faults. A [`DriveLink`] carries the values; `coaxle_drive_memory::SharedMemoryDrive` has one |
 //! | custom | for example a fieldbus, or a drive library |
 //!
 //! ```

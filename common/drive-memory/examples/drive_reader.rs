@@ -1,7 +1,7 @@
 //! A drive process that reads the set values of a slave, acts as its drive, and writes back actual
 //! values.
 //!
-//! `cargo run -p coaxle-host --example drive_reader -- /dev/shm/coaxle-carriage`
+//! `cargo run -p coaxle-drive-memory --example drive_reader -- /dev/shm/coaxle-carriage`
 //!
 //! runs with a receiver that has `drive = { kind = "shared-memory", path =
 //! "/dev/shm/coaxle-carriage", … }`, for example `coaxle receiver receiver/configs/drive.toml`. The
@@ -17,7 +17,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use coaxle_host::machine::shared_memory::{DriveProcess, ProcessValues, SetValues};
+use coaxle_drive_memory::{DriveProcess, ProcessValues, SetValues};
 
 /// Polling interval for set values, several times per cycle, so that the response comes within the cycle.
 // A cycle lasts a millisecond in the configs that come with the receiver: five looks per cycle.

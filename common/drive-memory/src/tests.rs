@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use assert_no_alloc::assert_no_alloc;
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_axis::drive::{Drive, DriveFault, DriveState, ProcessDriveParameters};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
@@ -10,6 +10,9 @@ use proptest::prelude::*;
 
 use super::layout::{FIELDS, SIZE};
 use super::*;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 const PARAMETERS: ProcessDriveParameters = ProcessDriveParameters {
     // Small, so that the tests reach the limits within a few steps.
@@ -250,7 +253,7 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
 
 #[test]
 fn what_the_document_says_of_the_bytes_is_so() {
-    let document = include_str!("../../../../../docs/DRIVE.md");
+    let document = include_str!("../../../docs/DRIVE.md");
     let rows = document.lines().filter_map(|line| {
         let mut cells = line.strip_prefix("| ")?.split(" | ");
         let (offset, kind, name) = (cells.next()?, cells.next()?, cells.next()?);

@@ -7,7 +7,7 @@
 //! describes every byte, for processes in other languages.
 //!
 //! ```no_run
-//! use coaxle_host::machine::shared_memory::{DriveProcess, ProcessValues};
+//! use coaxle_drive_memory::{DriveProcess, ProcessValues};
 //!
 //! let mut drive = DriveProcess::attach("/dev/shm/coaxle-carriage".as_ref())?;
 //! loop {
@@ -16,7 +16,7 @@
 //!     drive.answer(&ProcessValues::following(set.position, set.velocity).of(&set));
 //!     # break;
 //! }
-//! # Ok::<(), coaxle_host::machine::shared_memory::SharedMemoryError>(())
+//! # Ok::<(), coaxle_drive_memory::SharedMemoryError>(())
 //! ```
 
 mod block;

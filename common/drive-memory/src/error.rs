@@ -13,6 +13,17 @@ pub struct SharedMemoryError {
     pub reason: Reason,
 }
 
+impl SharedMemoryError {
+    /// True if there is no running node, or another process is attached: a later attempt may succeed.
+    #[must_use]
+    pub const fn may_pass(&self) -> bool {
+        matches!(
+            self.reason,
+            Reason::NoNode | Reason::Ended | Reason::UsedByProcess { .. }
+        )
+    }
+}
+
 /// Reasons why a file cannot be shared.
 #[derive(Debug, thiserror::Error)]
 pub enum Reason {
