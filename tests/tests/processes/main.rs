@@ -4,6 +4,7 @@
 
 mod conform;
 mod gateway;
+mod linuxcnc;
 mod opcua;
 mod python_package;
 mod ros2;
