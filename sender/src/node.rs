@@ -14,7 +14,7 @@ use coaxle_node::{
     TimeServer, TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{SourceAxis, SourceSample};
+use coaxle_source::{AxisSource, SourceAxis, SourceSample};
 
 use crate::config::SenderConfig;
 use crate::followers::{FollowerCondition, FollowerWatch};
@@ -74,12 +74,32 @@ impl Sender {
     /// # Errors
     /// [`Wrong`] if such a file cannot be replayed, or an axis to be shown does not exist.
     pub fn new(config: &SenderConfig, start: Instant<Local>, epoch: u64) -> Result<Self, Wrong> {
-        let mut axes = config
-            .axes
-            .iter()
-            .enumerate()
-            .map(|(axis, config)| Axis::new(axis, config))
-            .collect::<Result<Vec<_>, _>>()?;
+        let axes = config.axes.iter().enumerate();
+        let axes = axes.map(|(axis, config)| Axis::new(axis, config));
+        Self::with_axes(config, axes.collect::<Result<_, _>>()?, start, epoch)
+    }
+
+    /// Creates the node with sources of the caller's in place of those of its axes, in the order of the config.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn moved_by(
+        config: &SenderConfig,
+        sources: impl Iterator<Item = Box<dyn AxisSource>>,
+        start: Instant<Local>,
+        epoch: u64,
+    ) -> Result<Self, Wrong> {
+        let axes = config.axes.iter().zip(sources);
+        let axes = axes.map(|(config, source)| Axis::of(SourceAxis::with(config, source)));
+        Self::with_axes(config, axes.collect(), start, epoch)
+    }
+
+    fn with_axes(
+        config: &SenderConfig,
+        mut axes: Vec<Axis>,
+        start: Instant<Local>,
+        epoch: u64,
+    ) -> Result<Self, Wrong> {
         // Receivers look axes up by id, and the trace has them in this order.
         axes.sort_by_key(|axis| axis.source.id());
         check_presentation(config)?;
@@ -342,7 +362,11 @@ impl Axis {
         let field = || format!("axis[{axis}].replay.file");
         let source =
             SourceAxis::open_ahead(config).map_err(|error| Wrong::with_reason(field(), error))?;
-        Ok(Self { source, slot: None })
+        Ok(Self::of(source))
+    }
+
+    const fn of(source: SourceAxis) -> Self {
+        Self { source, slot: None }
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod outages;
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::{LinkConfig, Wrong};
 use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use coaxle_node::{CommandOrder, KeptMessage, Message, Node};
@@ -210,6 +210,11 @@ impl<N: Node> World<N> {
             SimulatedState::Running(node) | SimulatedState::Stopped(node, _) => Some(node),
             SimulatedState::Dead => None,
         }
+    }
+
+    /// The reading of a node's clock now.
+    pub fn local_now(&mut self, index: usize) -> Instant<Local> {
+        self.nodes[index].clock.local_at(self.now)
     }
 
     /// The drift of a node's clock against true time now, ppm.

@@ -37,7 +37,9 @@ impl SourceAxis {
         Ok(Self::with(config, source))
     }
 
-    fn with(config: &AxisConfig, source: Box<dyn AxisSource>) -> Self {
+    /// Returns the axis of a config, moved by a source of the caller's in place of its own.
+    #[must_use]
+    pub fn with(config: &AxisConfig, source: Box<dyn AxisSource>) -> Self {
         Self {
             id: config.id.get(),
             modulo: config.modulo,
