@@ -23,6 +23,7 @@ use crate::cam::{self, CamSubcommand};
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
+use crate::fmu::{self, FmuSubcommand};
 use crate::gear::{self, GearSubcommand};
 use crate::init::{self, InitArgs};
 use crate::overview;
@@ -99,6 +100,9 @@ enum CoaxleCommand {
     /// Plan and draw a flying gear: docs/GEARS.md
     #[command(subcommand)]
     Gear(GearSubcommand),
+    /// Write a link or a slave as a unit for co-simulation by FMI 3.0: docs/FMI.md
+    #[command(subcommand)]
+    Fmu(FmuSubcommand),
     /// Send a command to a slave of a running node
     #[command(name = "command")]
     Order(Box<CommandArgs>),
@@ -224,6 +228,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         // Refused, not failed: the plan was made, and its answer is no.
         Some(CoaxleCommand::Saw(command)) => (saw::print(&command)?, Exit::Refused),
         Some(CoaxleCommand::Gear(command)) => (gear::print(&command)?, Exit::Refused),
+        Some(CoaxleCommand::Fmu(command)) => (fmu::write(&command).map(|()| true)?, Exit::Failed),
         Some(CoaxleCommand::Order(args)) => (command::print(&args)?, Exit::Refused),
         Some(CoaxleCommand::Nodes(args)) => return status::nodes(&args),
         Some(CoaxleCommand::Status(args)) => return status::status(&args),

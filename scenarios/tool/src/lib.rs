@@ -14,6 +14,7 @@ pub mod command;
 pub mod doctor;
 mod edit;
 mod examples;
+mod fmu;
 pub mod gear;
 mod init;
 pub mod node_config;

@@ -34,7 +34,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Files",
         &[
-            "init", "example", "list", "show", "check", "topology", "cam", "saw", "gear",
+            "init", "example", "list", "show", "check", "topology", "cam", "saw", "gear", "fmu",
             "signals", "schema",
         ],
     ),

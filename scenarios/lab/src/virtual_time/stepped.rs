@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_receiver::Receiver;
+use coaxle_node::Node;
+use coaxle_receiver::{Receiver, SignalRow};
 use coaxle_sim::{CycleSeen, Observer, World};
 
 use super::any_node::AnyNode;
@@ -24,7 +25,7 @@ pub struct SteppedScenario {
 /// A receiver after a cycle.
 #[derive(Clone, Copy)]
 pub struct ReceiverSeen<'a> {
-    /// Its number among the receivers.
+    /// Number among the receivers.
     pub number: usize,
     /// Ideal start of the cycle, ns of true time.
     pub at_ns: i64,
@@ -98,5 +99,13 @@ impl Observer<AnyNode> for StepObserver<'_> {
                 receiver,
             });
         }
+    }
+}
+
+impl ReceiverSeen<'_> {
+    /// Signals of the receiver in the cycle.
+    #[must_use]
+    pub fn signals(&self) -> &SignalRow {
+        &self.receiver.snapshot().signals
     }
 }
