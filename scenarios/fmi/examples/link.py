@@ -23,7 +23,7 @@ def main(path, trace, master):
     variables = {v.name: v for v in description.modelVariables}
     folder = fmpy.extract(path)
     link = fmpy.instantiate_fmu(folder, description, fmi_type="CoSimulation")
-    step = description.coSimulation.fixedInternalStepSize
+    step = float(description.coSimulation.fixedInternalStepSize)
     inputs = [variables["master." + of].valueReference for of in ("position", "velocity", "acceleration")]
     with open(trace, newline="") as file:
         run = {row["at_ns"]: row for row in csv.DictReader(file)}

@@ -12,6 +12,7 @@ import fmpy
 STEP = 0.001
 PIECE = 1000.0  # mm
 CUTS = 3
+START = 600  # steps: the conveyor has its velocity, with which a saw is planned
 
 
 def conveyor(t):
@@ -34,8 +35,10 @@ def main(path, as_csv):
     saw.enterInitializationMode()
     saw.setFloat64(sync, [300.0])
     saw.exitInitializationMode()
-    cuts, n, commands = 0, 0, [True, False, False]
+    cuts, n, commands = 0, 0, [False, False, False]
     while cuts < CUTS and n < 20_000:
+        if n == START:
+            commands = [True, False, False]
         saw.setFloat64(master, conveyor(n * STEP))
         saw.setBoolean(inputs, commands)
         saw.doStep(n * STEP, STEP)

@@ -93,8 +93,7 @@ fn write_variable(xml: &mut String, reference: usize, variable: &Variable) {
         xml,
         r#"    <{kind} name="{name}" valueReference="{reference}" description="{description}" causality="{causality}" variability="{variability}""#
     );
-    let is_number = !matches!(variable.start, UnitValue::Boolean(_) | UnitValue::String(_));
-    if is_number && !variable.unit.is_empty() {
+    if !variable.unit.is_empty() {
         let _ = write!(xml, r#" unit="{}""#, escaped(&variable.unit));
     }
     let has_start = matches!(variable.causality, Causality::Parameter | Causality::Input);

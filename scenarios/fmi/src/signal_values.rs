@@ -33,10 +33,10 @@ impl SignalVariables<'_> {
         Variable {
             name: format!("{}{}", self.prefix, signal.name),
             description: signal.meaning().to_owned(),
-            // Words and flags have none, whatever they are about.
+            // In FMI only numbers have one.
             unit: match signal.kind {
-                Kind::Number | Kind::Integer | Kind::Count => unit,
-                Kind::Flag | Kind::Text => String::new(),
+                Kind::Number => unit,
+                Kind::Integer | Kind::Count | Kind::Flag | Kind::Text => String::new(),
             },
             causality: self.causality,
             start: unknown(signal.kind),

@@ -151,9 +151,4 @@ impl Variables {
     pub(crate) fn starts(&self) -> Vec<UnitValue> {
         self.list.iter().map(|it| it.start.clone()).collect()
     }
-
-    /// Number of variables.
-    pub(crate) fn len(&self) -> usize {
-        self.list.len()
-    }
 }

@@ -245,7 +245,7 @@ fn what_is_no_link_is_refused_with_a_sentence() {
         (
             "name = \"shadow\"",
             "name = \"axis\"",
-            "slave: received two variables \"axis.error\", expected",
+            "slave: received two variables \"axis.",
         ),
         ("duration-s = 10", "duration-s = ", "link.toml:"),
     ] {

@@ -99,7 +99,7 @@ fn a_saw_is_the_slave_axis_to_the_last_bit() {
         let command = match n {
             0 => Some(Command::Power(true)),
             1 => Some(Command::from(GearInPos { ..saw })),
-            2500 => Some(Command::GearOut {}),
+            2700 => Some(Command::GearOut {}),
             _ => None,
         };
         if let Some(command) = command {
@@ -111,7 +111,7 @@ fn a_saw_is_the_slave_axis_to_the_last_bit() {
             acceleration: 0.0,
         };
         let expected = axis.update(&mut plates, Some(&master), Seconds(CYCLE_S));
-        set(&mut unit, "command.release", UnitValue::Boolean(n >= 2500));
+        set(&mut unit, "command.release", UnitValue::Boolean(n >= 2700));
         assert_eq!(step(&mut unit, n, -1000.0, 500.0), None);
         let received = ["position", "velocity", "acceleration"].map(|name| number(&unit, name));
         let expected = [expected.position, expected.velocity, expected.acceleration];
@@ -120,7 +120,7 @@ fn a_saw_is_the_slave_axis_to_the_last_bit() {
             expected.map(f64::to_bits),
             "{n}"
         );
-        if n == 2499 {
+        if n == 2699 {
             assert_eq!(
                 (word(&unit, "phase"), word(&unit, "command.state")),
                 ("in-sync".to_owned(), "in-sync".to_owned())

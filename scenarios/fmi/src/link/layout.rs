@@ -185,16 +185,16 @@ fn own_variables(scenario: &Scenario, unit: &Unit) -> Vec<Variable> {
         variable(
             "at_ns",
             Local,
-            "ns",
+            "",
             UnitValue::Int64(0),
             "IdealDrive start of the newest cycle of the receiver.",
         ),
         variable(
             "woke_ns",
             Local,
-            "ns",
+            "",
             UnitValue::Int64(0),
-            "Actual beginning of the newest cycle of the receiver.",
+            "Actual beginning of the newest cycle of the receiver, ns.",
         ),
     ]
 }
