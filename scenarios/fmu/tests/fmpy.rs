@@ -116,16 +116,17 @@ fn a_link_is_the_run_of_its_scenario() {
     write(&link(), &unit);
     let (trace, master) = (out.join("trace.csv"), out.join("master.csv"));
     let script = units().join("link.py");
+    // 200 ppm: now and then a step has two cycles of the receiver, of which the unit shows the second.
     let by_scenario = output(&python, &script, &[&unit, &trace]);
-    assert!(
-        by_scenario.starts_with("99") && by_scenario.contains(" signals each: equal"),
-        "{by_scenario}"
-    );
+    assert!(equal_cycles(&by_scenario) >= 9990, "{by_scenario}");
     let by_inputs = output(&python, &script, &[&unit, &trace, &master]);
-    assert!(
-        by_inputs.starts_with("599") && by_inputs.contains(" signals each: equal"),
-        "{by_inputs}"
-    );
+    assert!(equal_cycles(&by_inputs) >= 5990, "{by_inputs}");
+}
+
+/// The number in "6000 cycles with 187 signals each: equal".
+fn equal_cycles(said: &str) -> u32 {
+    let number = said.split(' ').next().and_then(|word| word.parse().ok());
+    number.unwrap_or_default()
 }
 
 #[test]

@@ -3,10 +3,12 @@
 use std::process::Command;
 
 /// Crates to check, with all their dependencies, tests included.
-const WITHOUT: [&str; 4] = [
+const WITHOUT: [&str; 6] = [
     "coaxle-os",
     "coaxle-lab",
     "coaxle-report",
+    "coaxle-fmi",
+    "coaxle-fmu",
     "coaxle-virtual-tests",
 ];
 
@@ -15,7 +17,7 @@ const NOT_THERE: [&str; 2] = ["zenoh", "hyper"];
 
 /// Finds crates with such a dependency, by the tree of cargo.
 #[test]
-fn the_lab_the_report_and_the_tests_of_virtual_time_need_no_zenoh() {
+fn the_lab_the_report_the_units_and_the_tests_of_virtual_time_need_no_zenoh() {
     let mut found = Vec::new();
     for package in WITHOUT {
         let mut tree = Command::new(env!("CARGO"));
