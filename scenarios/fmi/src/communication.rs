@@ -24,7 +24,8 @@ pub(crate) fn cycles_of(
     let cycle = cycle.as_secs_f64();
     let reached = passed as f64 * cycle + start_s;
     // A NaN compares as false.
-    if !((point_s - reached).abs() <= TOLERANCE * cycle) {
+    let is_there = (point_s - reached).abs() <= TOLERANCE * cycle;
+    if !is_there {
         let expected = format!("{reached} s, where the last step ended");
         let received = format!("{point_s} s");
         return Err(Wrong::of("currentCommunicationPoint", received, expected));

@@ -1,6 +1,6 @@
 //! An instance of a unit, by the rules of FMI 3.0: what is allowed when, and what a state is.
 
-use std::sync::Arc;
+use std::rc::Rc;
 
 use coaxle_node::config::Wrong;
 
@@ -13,7 +13,7 @@ use crate::variable::{Causality, UnitValue, ValueKind};
 
 /// An instance of a unit.
 pub struct UnitInstance {
-    model: Arc<dyn Model>,
+    model: Rc<dyn Model>,
     token: String,
     mode: InstanceMode,
     values: Vec<UnitValue>,
@@ -29,7 +29,7 @@ pub struct UnitInstance {
 impl UnitInstance {
     /// Makes an instance.
     #[must_use]
-    pub fn new(model: Arc<dyn Model>) -> Self {
+    pub fn new(model: Rc<dyn Model>) -> Self {
         Self {
             token: String::new(),
             mode: InstanceMode::Instantiated,
@@ -168,7 +168,7 @@ impl UnitInstance {
     /// Returns to the state after its making.
     pub fn reset(&mut self) {
         let token = std::mem::take(&mut self.token);
-        *self = Self::new(Arc::clone(&self.model)).with_token(token);
+        *self = Self::new(Rc::clone(&self.model)).with_token(token);
     }
 
     /// State of the instance.

@@ -33,7 +33,8 @@ impl UnitPackage {
     pub fn new(resources: &Resources, library: &[u8]) -> anyhow::Result<Self> {
         // In a folder with nothing else: a file that is named and not packed is missing now, and not with the user of the unit.
         let folder = ScratchFolder::with(resources)?;
-        let model = resources.model(&folder.0)?;
+        let model = resources.model(&folder.0);
+        let model = model.context("the unit, with the packed files alone (--with packs more)")?;
         let (kind, token) = (resources.kind(), resources.token());
         let mut archive = Archive::default();
         let xml = description(&*model, kind, &token);

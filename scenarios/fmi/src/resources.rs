@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Component, Path};
-use std::sync::Arc;
+use std::rc::Rc;
 
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::config::{CycleMicros, Wrong, parse};
@@ -151,14 +151,14 @@ impl Resources {
     ///
     /// # Errors
     /// Names the file, the field, the value received and the one expected.
-    pub fn model(&self, folder: &Path) -> anyhow::Result<Arc<dyn Model>> {
+    pub fn model(&self, folder: &Path) -> anyhow::Result<Rc<dyn Model>> {
         let (file, text) = (folder.join(&self.main), &self.files[&self.main]);
         Ok(match self.kind {
-            UnitKind::Link => Arc::new(LinkUnitModel::new(&file, text)?),
+            UnitKind::Link => Rc::new(LinkUnitModel::new(&file, text)?),
             UnitKind::Slave => {
                 let missing = || Wrong::of("cycle-time-us", "none", "that of the slave");
                 let cycle = self.cycle.ok_or_else(missing)?;
-                Arc::new(SlaveUnitModel::new(&file, text, cycle)?)
+                Rc::new(SlaveUnitModel::new(&file, text, cycle)?)
             }
         })
     }

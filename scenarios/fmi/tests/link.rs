@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 
 use std::path::Path;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::Span;
@@ -17,14 +17,14 @@ const TEXT: &str = include_str!("../examples/link.toml");
 const STEPS: u32 = 6000;
 const CYCLE_S: f64 = 0.001;
 
-fn model(text: &str) -> Arc<dyn Model> {
+fn model(text: &str) -> Rc<dyn Model> {
     Resources::of_link("link.toml", text)
         .model(Path::new(""))
         .expect("a link")
 }
 
-fn started(model: &Arc<dyn Model>, parameters: &[(&str, UnitValue)]) -> UnitInstance {
-    let mut link = UnitInstance::new(Arc::clone(model));
+fn started(model: &Rc<dyn Model>, parameters: &[(&str, UnitValue)]) -> UnitInstance {
+    let mut link = UnitInstance::new(Rc::clone(model));
     for (name, value) in parameters {
         set(&mut link, name, value.clone());
     }
@@ -217,7 +217,7 @@ fn a_state_is_returned_to_and_survives_as_bytes() {
     assert_eq!(go(&mut link, 2500, 3000), first);
     let bytes = state.to_bytes().expect("bytes");
     let read = coaxle_fmi::InstanceState::from_bytes(&bytes).expect("the bytes");
-    let mut other = UnitInstance::new(Arc::clone(&model));
+    let mut other = UnitInstance::new(Rc::clone(&model));
     other.restore(&read).expect("of the same unit");
     assert_eq!(go(&mut other, 2500, 3000), first);
     let cut =

@@ -30,9 +30,8 @@ impl GivenInputs {
 
     /// The motion at an instant: from the newest input before it on, by its velocity and acceleration.
     fn at(&self, now: Instant<Local>) -> Option<Kinematics> {
-        let newest_first = self.given.iter().rev();
-        let before = newest_first.clone().find(|(at, _)| *at <= now);
-        let (at, motion) = before.or_else(|| newest_first.last())?;
+        let before = self.given.iter().rev().find(|(at, _)| *at <= now);
+        let (at, motion) = before.or_else(|| self.given.front())?;
         Some(motion_from(motion, (now - *at).as_secs_f64()))
     }
 }
