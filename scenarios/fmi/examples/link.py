@@ -28,6 +28,7 @@ def main(path, trace, master):
     with open(trace, newline="") as file:
         run = {row["at_ns"]: row for row in csv.DictReader(file)}
     columns = [name for name in next(iter(run.values())) if name in variables]
+    by_kind = {kind: [name for name in columns if str(variables[name].type) == kind] for kind in READ}
     motion = None
     if master is not None:
         with open(master, newline="") as file:
@@ -43,14 +44,13 @@ def main(path, trace, master):
         row = run.get(str(link.getInt64([variables["at_ns"].valueReference])[0]))
         if row is None:
             continue
-        for name in columns:
-            variable = variables[name]
-            kind = str(variable.type)
-            received = getattr(link, "get" + kind)([variable.valueReference])[0]
-            expected = READ[kind](row[name]) if row[name] != "" else UNKNOWN[kind]
-            both_unknown = received != received and expected != expected
-            if received != expected and not both_unknown:
-                sys.exit(f"step {n}: {name} is {received!r}, expected {expected!r}")
+        for kind, names in by_kind.items():
+            values = getattr(link, "get" + kind)([variables[name].valueReference for name in names])
+            for name, received in zip(names, values):
+                expected = READ[kind](row[name]) if row[name] != "" else UNKNOWN[kind]
+                both_unknown = received != received and expected != expected
+                if received != expected and not both_unknown:
+                    sys.exit(f"step {n}: {name} is {received!r}, expected {expected!r}")
         compared += 1
     link.terminate()
     link.freeInstance()
