@@ -43,7 +43,7 @@ fn a_node_without_memory_ends_with_the_cause() {
     let node = node(&bench);
     // From what the program itself takes, in uneven steps: where it ends differs from each to the next.
     for most in [
-        60_000, 70_000, 80_000, 90_000, 100_000, 110_000, 120_000, 130_000, 150_000,
+        92_000, 95_000, 100_000, 105_000, 110_000, 125_000, 140_000, 155_000, 165_000,
     ] {
         let Some(end) = run_with(&[("-v", most)], &["sender", &node, "--for", "1s"]) else {
             return;
