@@ -153,12 +153,6 @@ impl fmt::Display for InvariantViolation {
 }
 
 impl InvariantViolation {
-    /// True of a far axis that has no error, and no sync any more, at the end of the run.
-    pub(crate) fn is_lost_at_end(&self) -> bool {
-        // An error is its code, and a distance has its window as the limit.
-        self.invariant == Invariant::EndsWell && self.limit == 0.0 && self.first.value == 0.0
-    }
-
     fn verdict(&self) -> Verdict {
         let Self {
             of,

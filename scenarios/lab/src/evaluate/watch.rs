@@ -50,7 +50,7 @@ impl ReceiverWatch {
         let cycle_time = config.cycle_time_us.0.as_secs_f64();
         let slave = |slave: &SlaveConfig| SlaveWatch::new(slave, config, events);
         let axis = |((number, far, axis), name)| {
-            let motion = MotionWatch::new(far, axis, cycle_time);
+            let motion = MotionWatch::new(far, axis, cycle_time, world);
             AxisWatch::new(name, config.numbers_of(number), motion, cycle_time)
         };
         let heard = config.received_nodes().into_iter();

@@ -129,8 +129,6 @@ pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Fi
     // An interrupted run has no end to judge.
     violations
         .retain(|one| summary.interrupted_at_s.is_none() || one.invariant != Invariant::EndsWell);
-    // A busy machine may take sync away in the last second of processes: whether they have it is a field, `synced_at_end`, for expectations.
-    violations.retain(|one| world == World::Virtual || !one.is_lost_at_end());
     let failed = invariants::judge(&scenario.exceptions, &violations, world);
     // Violations stand behind the expectations of the scenario, and fail the run alike.
     summary.expectations.extend(failed);

@@ -7,6 +7,7 @@ use coaxle_sim::{FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, Receiv
 
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
+use crate::summary::World;
 
 /// Assumed beat of a block that tolerates any.
 const MOST_BEATS: f64 = 1_000.0;
@@ -19,11 +20,17 @@ pub(super) struct MotionWatch {
     frame: Option<(f64, u64)>,
     /// True if it was in sync in this run of its receiver, and in its newest mode.
     was_synced: bool,
-    synchronises: bool,
+    /// True if sync that was there has to be there at the end.
+    keeps_sync: bool,
 }
 
 impl MotionWatch {
-    pub(super) fn new(far: &FarConfig, axis: &FarAxisConfig, cycle_time: f64) -> Self {
+    pub(super) fn new(
+        far: &FarConfig,
+        axis: &FarAxisConfig,
+        cycle_time: f64,
+        world: World,
+    ) -> Self {
         let limits = axis.limits.map(|limits| limits.get().velocity());
         // An encoder master takes increments at up to 1½ times its highest speed, and refuses more.
         let of_encoder = axis.encoder.map(|encoder| 1.5 * encoder.max_speed);
@@ -40,7 +47,8 @@ impl MotionWatch {
             check: FarMotionCheck::new(bounds),
             frame: None,
             was_synced: false,
-            synchronises: far.mode.synchronises(&far.sync),
+            // A busy machine may take sync away in the last second of processes: `synced_at_end` is there for expectations.
+            keeps_sync: world == World::Virtual && far.mode.synchronises(&far.sync),
         }
     }
 
@@ -109,7 +117,7 @@ impl MotionWatch {
     pub(super) fn end(&self, cycle: &WatchedCycle, axis: &FarAxisSignals, found: &mut Found) {
         // A braked axis has no master any more, in sync or not.
         let is_lost = axis.continuity == ContinuityState::Braking
-            || (self.synchronises
+            || (self.keeps_sync
                 && self.was_synced
                 && !axis.synced
                 // An axis on its way back is not lost: the way takes as long as it is.
