@@ -1,4 +1,4 @@
-//! What an instance was given: the record of its steps.
+//! Record of the steps of an instance.
 
 use crate::communication::is_number_of_cycles;
 use crate::variable::{Causality, UnitValue, Variables};

@@ -26,7 +26,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod archive;
 mod communication;
 mod description;
 mod instance;
@@ -34,7 +33,6 @@ mod journal;
 mod link;
 mod mode;
 mod model;
-mod motion_from;
 mod package;
 mod resources;
 mod signal_values;
@@ -47,7 +45,7 @@ pub use instance::UnitInstance;
 pub use link::LinkUnitModel;
 pub use model::{CoSimulation, Model};
 pub use package::{LIBRARY, PLATFORM, UnitPackage};
-pub use resources::{Resources, UnitKind};
+pub use resources::{MOST_FILE_BYTES, Resources, UnitKind};
 pub use slave::SlaveUnitModel;
 pub use state::InstanceState;
 pub use variable::{Causality, UnitValue, ValueKind, Variable, Variables};

@@ -1,8 +1,8 @@
-//! What is allowed when: the mode of an instance.
+//! Mode of an instance, which decides what is allowed.
 
 use serde::{Deserialize, Serialize};
 
-/// InstanceMode of an instance.
+/// Mode of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum InstanceMode {
     /// Parameters and start values can be set.

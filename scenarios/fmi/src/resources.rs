@@ -19,7 +19,7 @@ use crate::slave::SlaveUnitModel;
 /// Name of the file that lists the others.
 const MANIFEST: &str = "unit.toml";
 /// Greatest size of a file beside the main one, bytes: that of the largest tables of points.
-const MOST_FILE_BYTES: u64 = 64 << 20;
+pub const MOST_FILE_BYTES: u64 = 64 << 20;
 
 /// Kind of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]

@@ -8,7 +8,7 @@ use crate::variable::{Causality, UnitValue, Variable};
 
 /// Signals of one part of a node, as variables.
 pub(crate) struct SignalVariables<'a> {
-    /// What stands before their names: `axis.`; empty for the node itself.
+    /// Beginning of their names: `axis.`; empty for the node itself.
     pub(crate) prefix: &'a str,
     pub(crate) causality: Causality,
     /// Unit of the axis.

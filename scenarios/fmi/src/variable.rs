@@ -16,7 +16,7 @@ pub struct Variable {
     pub unit: String,
     /// Role in the unit.
     pub causality: Causality,
-    /// UnitValue before the first step. It determines the type.
+    /// Value before the first step. It determines the type.
     pub start: UnitValue,
 }
 
@@ -35,7 +35,7 @@ pub enum Causality {
     Local,
 }
 
-/// UnitValue of a variable.
+/// Value of a variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum UnitValue {
     /// A number. One that is not known is a NaN.

@@ -66,7 +66,7 @@ fn word(unit: &UnitInstance, name: &str) -> String {
     }
 }
 
-/// Steps a unit with a master at a constant velocity; returns what the log was told.
+/// Steps a unit with a master at a constant velocity; returns the messages to the log.
 fn step(unit: &mut UnitInstance, n: u32, from: f64, velocity: f64) -> Option<String> {
     set(
         unit,

@@ -61,7 +61,7 @@ fn write(resources: &Resources, path: &Path) {
     let library =
         fs::read(&library).unwrap_or_else(|error| panic!("{}: {error}", library.display()));
     let unit = UnitPackage::new(resources, &library).expect("a unit");
-    fs::write(path, unit.into_bytes().expect("its bytes")).expect("a file");
+    fs::write(path, unit.into_bytes()).expect("a file");
 }
 
 fn link() -> Resources {

@@ -7,8 +7,6 @@ use coaxle_clock::{Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_source::{Activity, AxisSource, SourceSample};
 
-use crate::motion_from::motion_from;
-
 /// Inputs that are kept: a sender that wakes late has cycles whose ideal start is in an earlier step.
 const KEPT: usize = 64;
 
@@ -32,7 +30,8 @@ impl GivenInputs {
     fn at(&self, now: Instant<Local>) -> Option<Kinematics> {
         let before = self.given.iter().rev().find(|(at, _)| *at <= now);
         let (at, motion) = before.or_else(|| self.given.front())?;
-        Some(motion_from(motion, (now - *at).as_secs_f64()))
+        // After no time it is the same, to the bit.
+        Some(motion.after((now - *at).as_secs_f64(), 0.0))
     }
 }
 

@@ -13,7 +13,7 @@ use coaxle_plate::Plate;
 use coaxle_saw::SawCommand;
 use coaxle_slave::SlaveParameters;
 
-/// What a slave is made of.
+/// Content of a slave's file.
 #[derive(Clone, Debug)]
 pub(super) struct SlaveFile {
     pub(super) title: String,

@@ -16,7 +16,6 @@ use coaxle_slave::{SlaveAxis, SlaveParameters};
 
 use crate::link::kinematics_of;
 use crate::model::{CoSimulation, Model};
-use crate::motion_from::motion_from;
 use crate::variable::{UnitValue, Variables};
 use commands::Commands;
 use drive::FollowingDrive;
@@ -134,7 +133,7 @@ impl CoSimulation for SlaveUnit {
         let master = kinematics_of(values, self.layout.master());
         let is_there = self.layout.flag(values, "master.is_there");
         for cycle in 0..cycles {
-            let master = motion_from(&master, f64::from(cycle) * self.elapsed.0);
+            let master = master.after(f64::from(cycle) * self.elapsed.0, 0.0);
             self.master_position = is_there.then_some(master.position);
             let masters = Masters::from(is_there.then_some(&master));
             let _ = self.axis.update(&mut self.plates, masters, self.elapsed);

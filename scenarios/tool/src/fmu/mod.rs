@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use coaxle_fmi::{LIBRARY, Resources, UnitPackage};
+use coaxle_fmi::{LIBRARY, MOST_FILE_BYTES, Resources, UnitPackage};
 use coaxle_lab::catalog;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_os::exit::wrong_argument;
@@ -81,18 +81,14 @@ pub(crate) fn write(command: &FmuSubcommand) -> anyhow::Result<()> {
 fn write_unit(mut resources: Resources, path: &Path, written: &WrittenUnit) -> anyhow::Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
     for name in &written.with {
-        // As many as a table of points may have.
-        let text = text_file::read(&folder.join(name), MOST_PACKED_BYTES)?;
+        let text = text_file::read(&folder.join(name), MOST_FILE_BYTES)?;
         resources.add(name, text)?;
     }
     let library = library(written.library.as_deref())?;
     let library = fs::read(&library).with_context(|| library.display().to_string())?;
-    let unit = UnitPackage::new(&resources, &library)?.into_bytes()?;
+    let unit = UnitPackage::new(&resources, &library)?.into_bytes();
     fs::write(&written.out, unit).with_context(|| format!("cannot write {}", written.out.display()))
 }
-
-/// Greatest size of a file beside the main one, bytes.
-const MOST_PACKED_BYTES: u64 = 64 << 20;
 
 fn file_name(path: &Path) -> String {
     path.file_name()
