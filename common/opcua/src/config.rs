@@ -55,7 +55,7 @@ pub enum EndpointSecurity {
     /// Basic256Sha256, `SignAndEncrypt`, and certificates at both ends.
     #[default]
     SignAndEncrypt,
-    /// None, and anonymous clients: for networks without certificates.
+    /// No security, and anonymous clients: for networks without certificates.
     None,
 }
 

@@ -2,7 +2,7 @@
 
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{Addressee, AnyCommand, CommandFamily, ListedCommand};
-use coaxle_node::config::schema::{resolved, schema_of};
+use coaxle_node::config::schema::{self, resolved, schema_of};
 use coaxle_node::document::from_json;
 use serde_json::{Map, Value};
 
@@ -11,9 +11,9 @@ use serde_json::{Map, Value};
 pub struct CommandMethod {
     /// Key of the command, which is the name of the method.
     pub key: &'static str,
-    /// Its meaning in words.
+    /// Meaning in words.
     pub meaning: String,
-    /// Its arguments, behind `dry-run`, which is the first of each method.
+    /// Arguments behind `dry-run`, which is the first of each method.
     pub arguments: Vec<MethodArgument>,
 }
 
@@ -26,7 +26,7 @@ pub struct MethodArgument {
     pub kind: ArgumentKind,
     /// True if null stands for the default.
     pub is_optional: bool,
-    /// Its meaning in words.
+    /// Meaning in words.
     pub meaning: String,
     /// Path of the field in the command; empty for the command's only value.
     path: Vec<String>,
@@ -252,11 +252,8 @@ fn variant<'s>(root: &'s Value, part: &'s Value, key: &str) -> Option<(&'s Value
     alternatives(part).find_map(|one| variant(root, one, key))
 }
 
-fn alternatives(schema: &Value) -> impl Iterator<Item = &Value> {
-    let lists = ["anyOf", "oneOf"].into_iter();
-    lists
-        .filter_map(|list| schema.get(list)?.as_array())
-        .flatten()
+fn alternatives(part: &Value) -> impl Iterator<Item = &Value> {
+    schema::alternatives(part).into_iter().flatten()
 }
 
 fn flatten(

@@ -10,7 +10,7 @@ pub struct PartObject {
     pub kind: PartKind,
     /// Name of the part; empty for the node itself.
     pub name: String,
-    /// Its variables.
+    /// Variables of the object.
     pub variables: Vec<PartVariable>,
 }
 

@@ -21,7 +21,7 @@ use crate::network::transport::ZENOH_RUNTIME;
 use crate::node::audit;
 
 pub use network_args::NetworkArgs;
-pub use node_args::NodeArgs;
+pub use node_args::{NodeArgs, report_valid};
 
 /// Log verbosity; flatten it into the arguments of a program.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

@@ -1,5 +1,6 @@
 //! Command line arguments of every node.
 
+use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -209,8 +210,16 @@ impl NodeArgs {
     /// # Errors
     /// Standard output cannot be written.
     pub fn report_valid(&self) -> anyhow::Result<()> {
-        writeln!(std::io::stdout(), "{}: ok", self.file()).context("cannot write the answer")
+        report_valid(&self.file())
     }
+}
+
+/// Reports on standard output that a config file is valid.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn report_valid(file: &impl fmt::Display) -> anyhow::Result<()> {
+    writeln!(std::io::stdout(), "{file}: ok").context("cannot write the answer")
 }
 
 /// Logs the recording's path and its growth on the disk.

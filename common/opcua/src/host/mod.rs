@@ -14,7 +14,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::Args;
 use coaxle_clock::Span;
-use coaxle_host::cli::parse_duration;
+use coaxle_host::cli::{parse_duration, report_valid};
 use coaxle_host::client::{Commander, Watcher};
 use coaxle_host::network::credentials::{Credentials, known_nodes};
 use coaxle_host::network::transport::zenoh_config;
@@ -59,7 +59,7 @@ pub fn run(args: &OpcuaArgs) -> anyhow::Result<Exit> {
         certificates::check(folder).map_err(|error| args.wrong(format!("{error:#}")))?;
     }
     if args.check {
-        return report_valid(&args.config).map(|()| Exit::Done);
+        return report_valid(&args.config.display()).map(|()| Exit::Done);
     }
     serve(args, &config)
 }
@@ -120,11 +120,6 @@ impl OpcuaArgs {
     }
 }
 
-fn report_valid(file: &Path) -> anyhow::Result<()> {
-    use std::io::Write;
-    writeln!(std::io::stdout(), "{}: ok", file.display()).context("cannot write the result")
-}
-
 fn watch(config: &OpcuaConfig) -> anyhow::Result<Watcher> {
     let nodes = match (&config.transport.secure, &config.nodes[..]) {
         // Access control answers a wildcard with silence: each known node is named instead.
@@ -142,7 +137,7 @@ fn warn_of_open_door(config: &OpcuaConfig) {
             false => "see all nodes",
         };
         tracing::warn!(
-            "{at} is reached from other PCs without certificates: whoever reaches it may {may}"
+            "{at} is reached from other PCs without certificates: all who reach it may {may}"
         );
     }
 }

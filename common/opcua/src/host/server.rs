@@ -1,7 +1,7 @@
 //! The server of OPC UA, on threads of its own.
 
 use std::net::TcpListener;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,6 +13,7 @@ use opcua::server::node_manager::ServerContext;
 use opcua::server::node_manager::memory::{InMemoryNodeManager, InMemoryNodeManagerBuilder};
 use opcua::server::{ANONYMOUS_USER_TOKEN_ID, ServerBuilder, ServerHandle, SubscriptionCache};
 use opcua::types::MessageSecurityMode;
+use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tracing::subscriber::{NoSubscriber, with_default};
 
@@ -51,7 +52,8 @@ pub(super) struct RunningServer {
     objects: Arc<InMemoryNodeManager<NodeObjects>>,
     namespace: u16,
     url: String,
-    scratch: Option<PathBuf>,
+    /// Folder for the library, where there are no certificates. Dropped last: the server has ended then.
+    _scratch: Option<TempDir>,
 }
 
 impl RunningServer {
@@ -67,10 +69,12 @@ impl RunningServer {
             .enable_all()
             .build()
             .context("cannot start the threads of the server")?;
-        let scratch = (config.endpoint.certificates.is_none())
-            .then(|| std::env::temp_dir().join(format!("coaxle-opcua-{}", std::process::id())));
+        let scratch = match &config.endpoint.certificates {
+            None => Some(TempDir::new().context("cannot make a folder for the server")?),
+            Some(_) => None,
+        };
         let url = url(config);
-        let builder = builder(config, &url, scratch.as_ref(), caller);
+        let builder = builder(config, &url, scratch.as_ref().map(TempDir::path), caller);
         // The library starts tasks as soon as it is built.
         let within = runtime.enter();
         let built = match scratch {
@@ -98,7 +102,7 @@ impl RunningServer {
             objects,
             namespace,
             url,
-            scratch,
+            _scratch: scratch,
         })
     }
 
@@ -126,10 +130,6 @@ impl Drop for RunningServer {
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_timeout(LEAVE_TIMEOUT);
         }
-        if let Some(scratch) = &self.scratch {
-            // A folder that stays behind in the temporary one harms nobody.
-            let _ = std::fs::remove_dir_all(scratch);
-        }
     }
 }
 
@@ -145,7 +145,7 @@ fn url(config: &OpcuaConfig) -> String {
 fn builder(
     config: &OpcuaConfig,
     url: &str,
-    scratch: Option<&PathBuf>,
+    scratch: Option<&Path>,
     caller: Caller,
 ) -> ServerBuilder {
     let uri = config.application_uri();
@@ -158,14 +158,14 @@ fn builder(
         EndpointSecurity::None => (SecurityPolicy::None, MessageSecurityMode::None),
     };
     // Without certificates the library wants a folder still.
-    let pki = endpoint.certificates.as_ref().or(scratch);
+    let pki = endpoint.certificates.as_deref().or(scratch);
     let mut builder = ServerBuilder::new()
         .application_name(format!("Coaxle {}", config.name))
         .application_uri(&uri)
         .product_uri("urn:coaxle")
         .host(endpoint.advertised_host())
         .port(endpoint.listen.port())
-        .pki_dir(pki.cloned().unwrap_or_default())
+        .pki_dir(pki.unwrap_or(Path::new("")))
         .certificate_path("own/cert.der")
         .private_key_path("private/private.pem")
         .create_sample_keypair(false)

@@ -31,7 +31,7 @@ pub(super) struct SpaceWriter {
     of_far_nodes: Vec<Arc<CommandMethod>>,
 }
 
-/// What was added to the address space.
+/// Additions to the address space.
 #[derive(Default)]
 pub(super) struct AddedNodes {
     pub(super) ids: Vec<NodeId>,
