@@ -5,7 +5,7 @@ use std::ffi::CString;
 use std::path::Path;
 
 use ::coaxle_axis::drive::{Drive, ProcessDriveParameters, ProcessState};
-use coaxle_clock::{Instant, Seconds, Span};
+use coaxle_clock::{Instant, Seconds};
 use coaxle_curve::profile::Kinematics;
 use coaxle_drive_memory::{
     DriveIdentity, DriveProcess, ProcessValues, SetValues, SharedMemoryDrive, SharedMemoryError,
@@ -20,7 +20,7 @@ use crate::drive_memory_structs::{
 };
 use crate::failure::{COAXLE_NOT_THERE, COAXLE_REJECTED, COAXLE_TEXT, Failure};
 use crate::handle::{HandleHead, call, free, handle, make};
-use crate::memory::{finite, read, text, writable_if_any, write, write_if_any};
+use crate::memory::{check_if_any, finite, read, text, writable_if_any, write, write_if_any};
 use crate::phase::cycle_time;
 
 /// The drive process's end: reads the set values of a slave, and reports the actual values of its drive.
@@ -189,7 +189,7 @@ pub unsafe extern "C" fn coaxle_drive_node_new(
                 cycle_time: cycle_time(given.cycle_time_ns)?,
             };
             let path = Path::new(text(path, "path")?);
-            let drive = SharedMemoryDrive::create(path, &identity, given.checked())
+            let drive = SharedMemoryDrive::create(path, &identity, given.taken())
                 .map_err(|error| refused(&error))?;
             Ok(coaxle_drive_node {
                 head: HandleHead::new::<coaxle_drive_node>(),
@@ -224,7 +224,7 @@ pub unsafe extern "C" fn coaxle_drive_node_step(
     // SAFETY: as for this function.
     unsafe {
         call(node, |own| {
-            crate::memory::check_if_any(out)?;
+            check_if_any(out)?;
             let given = read(command)?;
             let set = given.checked()?;
             own.switch(given.wants_power != 0, &set);
@@ -290,7 +290,7 @@ impl coaxle_drive_values {
 
 impl coaxle_drive_memory_parameters {
     /// The parameters of the drive, which checks them itself.
-    const fn checked(&self) -> ProcessDriveParameters {
+    const fn taken(&self) -> ProcessDriveParameters {
         ProcessDriveParameters {
             max_silent_cycles: self.max_silent_cycles,
             switch_on_cycles: self.switch_on_cycles,
@@ -302,12 +302,11 @@ impl coaxle_drive_memory_parameters {
 
 impl coaxle_drive_memory_command {
     fn checked(&self) -> Result<Kinematics, Failure> {
-        let elapsed = Span::from_nanos(1).as_secs_f64()..=1e6;
-        if !elapsed.contains(&self.elapsed_s) {
+        if !(1e-9..=1e6).contains(&self.elapsed_s) {
             return Err(Failure::range(
                 "elapsed_s",
                 self.elapsed_s,
-                "above 0 s, at most 1e6 s",
+                "1e-9 s to 1e6 s",
             ));
         }
         Ok(Kinematics {
