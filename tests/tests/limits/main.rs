@@ -10,6 +10,7 @@ mod start;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use coaxle_test_process::output;
 
@@ -121,6 +122,28 @@ pub(crate) fn run_with(limits: &[(&str, u64)], words: &[&str]) -> Option<ToolEnd
         return None;
     }
     Some(end)
+}
+
+/// Memory that the program itself takes, KiB of addresses, as it grows with what it can do: the least limit at which the system loads it,
+/// to a MiB. None where no shell sets limits.
+pub(crate) fn program_memory() -> Option<u64> {
+    static FOUND: OnceLock<Option<u64>> = OnceLock::new();
+    *FOUND.get_or_init(|| {
+        // A signal, or the shell's 126 and 127: it is not loaded.
+        let is_loaded = |mib: u64| {
+            let end = run_with(&[("-v", mib << 10)], &["--version"])?;
+            Some(end.code.is_some_and(|code| code < 126))
+        };
+        let (mut too_little, mut enough) = (1, 1_024);
+        while enough - too_little > 1 {
+            let middle = u64::midpoint(too_little, enough);
+            match is_loaded(middle)? {
+                true => enough = middle,
+                false => too_little = middle,
+            }
+        }
+        Some(enough << 10)
+    })
 }
 
 fn end_of(output: &Output) -> ToolEnd {

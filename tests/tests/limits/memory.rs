@@ -2,10 +2,10 @@
 
 use crate::root;
 
-use crate::{Bench, run_with};
+use crate::{Bench, ToolEnd, program_memory, run_with};
 
-/// Memory of a reader, KiB of addresses: 576 MiB, of which the program itself has 85.
-const MEMORY: u64 = 576 << 10;
+/// Memory of a reader beside that of the program itself, KiB of addresses: 460 MiB.
+const READER_MEMORY: u64 = 460 << 10;
 const MIB: usize = 1 << 20;
 
 /// A file of the repository.
@@ -205,6 +205,10 @@ fn long_name() -> [Vec<u8>; 2] {
     [record(SCHEMA, &schema), record(CHANNEL, &channel)]
 }
 
+fn with_little_memory(words: &[&str]) -> Option<ToolEnd> {
+    run_with(&[("-v", program_memory()? + READER_MEMORY)], words)
+}
+
 #[test]
 fn recordings_that_claim_much_are_refused_in_little_memory() {
     let bench = Bench::new();
@@ -217,7 +221,7 @@ fn recordings_that_claim_much_are_refused_in_little_memory() {
             &["export", "parquet"],
             &["replay"],
         ] {
-            let Some(end) = run_with(&[("-v", MEMORY)], &[words, &[file.as_str()]].concat()) else {
+            let Some(end) = with_little_memory(&[words, &[file.as_str()]].concat()) else {
                 return;
             };
             end.has_not_crashed();
@@ -236,7 +240,7 @@ fn recordings_that_claim_much_are_refused_in_little_memory() {
             "s.toml",
             format!("name = 's'\ncycle-time-us = 1000\n{axis}"),
         );
-        if let Some(end) = run_with(&[("-v", MEMORY)], &["sender", &sender, "--check"]) {
+        if let Some(end) = with_little_memory(&["sender", &sender, "--check"]) {
             end.is_refused("r.mcap");
         }
     }
@@ -277,7 +281,7 @@ fn the_longest_files_are_read_in_little_memory() {
                 .iter()
                 .map(|word| if *word == "FILE" { file.as_str() } else { word })
                 .collect();
-            let Some(end) = run_with(&[("-v", MEMORY)], &words) else {
+            let Some(end) = with_little_memory(&words) else {
                 return;
             };
             assert!(!end.says("ok,"), "{what}: {}", end.text);
@@ -310,7 +314,7 @@ fn the_longest_files_are_read_in_little_memory() {
             .iter()
             .map(|word| if *word == "FILE" { file.as_str() } else { word })
             .collect();
-        if let Some(end) = run_with(&[("-v", MEMORY)], &words) {
+        if let Some(end) = with_little_memory(&words) {
             end.has_not_crashed();
         }
     }
@@ -319,7 +323,7 @@ fn the_longest_files_are_read_in_little_memory() {
         &["cam", "import"][..],
         &["record-arrivals", "--out", "o", "--from"],
     ] {
-        if let Some(end) = run_with(&[("-v", MEMORY)], &[words, &[large.as_str()]].concat()) {
+        if let Some(end) = with_little_memory(&[words, &[large.as_str()]].concat()) {
             end.is_refused("large.csv");
         }
     }

@@ -2,7 +2,7 @@
 
 use coaxle_tests::ports::free_port;
 
-use crate::{AXIS, Bench, run_with};
+use crate::{AXIS, Bench, program_memory, run_with};
 
 fn node(bench: &Bench) -> String {
     // A port that nobody else has, and no node to connect to.
@@ -41,10 +41,14 @@ fn a_node_without_descriptors_ends_with_the_cause() {
 fn a_node_without_memory_ends_with_the_cause() {
     let bench = Bench::new();
     let node = node(&bench);
-    // From what the program itself takes, in uneven steps: where it ends differs from each to the next.
-    for most in [
-        92_000, 95_000, 100_000, 105_000, 110_000, 125_000, 140_000, 155_000, 165_000,
+    let Some(program) = program_memory() else {
+        return;
+    };
+    // Beyond what the program itself takes, in uneven steps: where it ends differs from each to the next.
+    for beyond in [
+        4_000, 7_000, 12_000, 17_000, 22_000, 37_000, 52_000, 67_000, 77_000,
     ] {
+        let most = program + beyond;
         let Some(end) = run_with(&[("-v", most)], &["sender", &node, "--for", "1s"]) else {
             return;
         };
