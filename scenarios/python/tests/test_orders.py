@@ -96,11 +96,20 @@ def until(what, is_so):
 
 
 def carriage(network):
-    return network.status("saw", within_s=PATIENCE_S)["slaves"]["carriage"]
+    return reported(network)["slaves"]["carriage"]
 
 
 def knows_the_clock(network):
-    return network.status("saw", within_s=PATIENCE_S)["far"]["arm"]["synced"]
+    return reported(network)["far"]["arm"]["synced"]
+
+
+def reported(network):
+    """Its newest status, once it has one of a cycle: the first may be older, and has neither slaves nor far axes."""
+    return until("a cycle is reported", lambda: of_a_cycle(network.status("saw", within_s=PATIENCE_S)))
+
+
+def of_a_cycle(status):
+    return status if "slaves" in status and "far" in status else None
 
 
 def accepted(answer):
