@@ -11,9 +11,11 @@
 
 mod history;
 mod needed_delay;
+mod presentation;
 
 pub use history::FrameHistory;
 pub use needed_delay::NeededDelay;
+pub use presentation::{Presentation, PresentedNow, StatedDelay};
 
 use coaxle_clock::Seconds;
 

@@ -1,7 +1,7 @@
 //! An axis by the plan of its node, where frames are missing.
 
 use coaxle_clock::{Seconds, Span};
-use coaxle_remote::{FarAxisOutput, FarCorrection, KnownMotion, PlannedAhead};
+use coaxle_remote::{FarAxisOutput, FarCorrection, KnownMotion, PlanCoverage, PlannedAhead};
 
 use super::presented::Presented;
 use super::{Axis, AxisScan};
@@ -15,11 +15,6 @@ pub(super) fn known<'a>(presented: Option<&'a Presented>, scan: &AxisScan<'a>) -
         planned: scan.planned,
     }
 }
-
-/// Time for which the promise has to reach the instant shown without a break before the plan is used, ns: several renewals.
-// Where a lead is hardly longer than the way, each plan reaches it for a part of the time, and the axis would change between plan
-// and prediction: `presented/now` was off by 2.9 mm instead of 2.3, and was brought back 20 times.
-const COVERED: u32 = 1_000_000_000;
 
 /// Use of the plans of an axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,8 +31,7 @@ struct PlannedCycle {
     shown: ShownInstants,
     /// Instant until which the motion is promised.
     until: Span,
-    /// Time for which the promise has reached the instant shown, ns.
-    covered: u32,
+    coverage: PlanCoverage,
     /// True if it showed the motion of the plan.
     is_planned: bool,
 }
@@ -57,18 +51,17 @@ impl Axis {
         let shown = correction.of_clock().map(|age| age - lag)?;
         let planned = planned?;
         let reaches = planned.motion.reaches(planned.newest, shown);
-        let passed = (self.cycle_time * i64::from(elapsed)).as_nanos();
-        let passed = u32::try_from(passed).unwrap_or(u32::MAX);
-        let covered = last.map_or(0, |last| last.covered).saturating_add(passed);
+        let passed = self.cycle_time * i64::from(elapsed);
+        let before = last.map_or_else(PlanCoverage::default, |last| last.coverage);
         let shown = planned.newest + shown.to_span();
         let now = PlannedCycle {
             shown: ShownInstants::after(last.map(|last| last.shown), shown),
             until: planned.motion.known_until()?,
-            covered: if reaches { covered.min(COVERED) } else { 0 },
+            coverage: before.after(passed, reaches),
             is_planned: false,
         };
         self.plan.now = Some(now);
-        (now.covered >= COVERED).then_some(planned)
+        now.coverage.suffices().then_some(planned)
     }
 
     /// Instants of its node's run that the last two cycles showed; none without a plan, or without a known clock.
