@@ -22,6 +22,7 @@
 #include <stddef.h>
 #include <stdint.h>
 typedef struct coaxle_far_clock coaxle_far_clock;
+typedef struct coaxle_far_axis coaxle_far_axis;
 typedef struct coaxle_cycle_lock coaxle_cycle_lock;
 typedef struct coaxle_encoder coaxle_encoder;
 typedef struct coaxle_key coaxle_key;
@@ -254,6 +255,27 @@ typedef struct coaxle_drive_node coaxle_drive_node;
 // There is nothing of the kind: an axis, a slave, a job.
 #define COAXLE_NOT_THERE -11
 
+// Mode of a far axis: the start-up mode, then sync mode (`E_Sync_FilterMode`).
+#define COAXLE_MODE_AUTO 0
+
+// As received, beats included.
+#define COAXLE_MODE_BYPASS 1
+
+// Through the PT1 filter.
+#define COAXLE_MODE_PT1 2
+
+// By the drift that the beats show: a state only, reached in `COAXLE_MODE_AUTO`.
+#define COAXLE_MODE_SYNC 3
+
+// Beats are hidden when they happen.
+#define COAXLE_MODE_TIME 4
+
+// By the correction of a far clock; the start-up mode bridges until that is sure.
+#define COAXLE_MODE_OBSERVER 5
+
+// An age limit that is left to the library: 7 own cycles; in mode observer as many as 100 ms take, and 7 of the far node.
+#define COAXLE_AGE_BY_DEFAULT UINT32_MAX
+
 // The delay of messages is not compensated: far time lags by it.
 #define COAXLE_DELAY_OFF 0
 
@@ -280,6 +302,12 @@ typedef struct coaxle_drive_node coaxle_drive_node;
 
 // No messages for too long.
 #define COAXLE_LOST 5
+
+// Greatest number of pieces of a plan.
+#define COAXLE_MOST_PIECES 8
+
+// Greatest number of plans in a message.
+#define COAXLE_MOST_PLANS 8
 
 // Greatest number of masters of a slave axis.
 #define COAXLE_MOST_MASTERS 4
@@ -622,6 +650,164 @@ typedef struct coaxle_encoder_state {
   // Standard deviation of the estimated velocity, u/s.
   double velocity_sigma;
 } coaxle_encoder_state;
+
+// Parameters of a far axis: `ST_AxisSyncParameters`. `coaxle_far_axis_parameters_init` sets them to the manual's defaults.
+typedef struct coaxle_far_axis_parameters {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // `COAXLE_MODE_AUTO`, `_BYPASS`, `_PT1`, `_TIME` or `_OBSERVER` (`eFilterMode`).
+  uint32_t mode;
+  // Own nominal cycle time, ns: 100 000 to 100 000 000.
+  int64_t cycle_time_ns;
+  // That of the far node, ns; 0: the own one. One is a whole multiple of the other (`fDataCycleTime`).
+  int64_t data_cycle_time_ns;
+  // Until the drift is known: `COAXLE_MODE_BYPASS`, `_PT1` or `_TIME` (`eStartUpMode`).
+  uint32_t start_up_mode;
+  // After an error: `COAXLE_MODE_BYPASS` or `_PT1` (`eFallBackMode`).
+  uint32_t fall_back_mode;
+  // Most own cycles in a row without a new sample, 1 to 65 535; 0: any number; or `COAXLE_AGE_BY_DEFAULT` (`iAgeOfDataLimit`).
+  uint32_t age_of_data_limit;
+  // The drift is the mean over this many periods between beats, 1 to 64 (`iNoOfPeriodsForMeanDrift`).
+  uint32_t periods_for_mean_drift;
+  // Cycles for which the offset must stay constant to make a plateau, at least 1 (`iEndOfTransitionLimit`).
+  uint32_t end_of_transition_limit;
+  // Cycles over which old and new ramp are blended after a beat (`iNewDriftBendingCycles`).
+  uint32_t new_drift_bending_cycles;
+  // Cycles over which time mode takes a beat's difference away (`iTimeModeBlendingCycles`).
+  uint32_t time_mode_blending_cycles;
+  // Other than 0: stay in time mode (`bForceTimeMode`).
+  uint32_t force_time_mode;
+  // Other than 0: start up again by itself, one cycle after a fault (`bAutomaticReInit`).
+  uint32_t automatic_re_init;
+  // Other than 0: extrapolate with the acceleration, too (`bUseAccForExtrapolation`).
+  uint32_t use_acceleration;
+  // Correction time, in own cycles, below which sync mode may begin; above 0 (`fThresholdForSync`).
+  double threshold_for_sync;
+  // Largest difference between corrected and received index; 0: any (`fMaxCycleIndexDifference`).
+  double max_cycle_index_difference;
+  // Added to the correction time, s; positive: further into the future (`fDelayTimeOffset`).
+  double delay_time_offset_s;
+  // Part of a beat's correction in the first section after it, 0 to 1 (`fSlope1Numerator`).
+  double slope1_numerator;
+  // Length of that section as a part of the time between beats, above 0, below 1 (`fSlope1Denominator`).
+  double slope1_denominator;
+  // Largest difference between received and calculated position, u; 0: any (`fMaxPositionDiff`).
+  double max_position_diff;
+  // Time constant of the PT1 filter of the position, own cycles; 0: none (`fT1factorPos`).
+  double t1_factor_pos;
+  // That of the velocity (`fT1factorVelo`).
+  double t1_factor_velo;
+  // Time over which a change of mode is blended, s (`fBlendingTime`).
+  double blending_time_s;
+} coaxle_far_axis_parameters;
+
+// Sample of a far axis in a frame.
+typedef struct coaxle_far_sample {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Cycle count of the far node.
+  uint64_t count;
+  // Time after its generation at which it is shown, ns, as the frame's header states it; 0: it is moved to now.
+  int64_t present_after_ns;
+  // Set position, u.
+  double position;
+  // Set velocity, u/s.
+  double velocity;
+  // Set acceleration, u/s².
+  double acceleration;
+} coaxle_far_sample;
+
+// A piece of a planned motion, with constant jerk. It does not grow.
+typedef struct coaxle_motion_piece {
+  // Its begin, ns of the node's run: cycle count times cycle time.
+  int64_t start_ns;
+  // Its duration, ns, above 0.
+  int64_t duration_ns;
+  // Position at its begin, u.
+  double position;
+  // Velocity at its begin, u/s.
+  double velocity;
+  // Acceleration at its begin, u/s².
+  double acceleration;
+  // Jerk, u/s³.
+  double jerk;
+} coaxle_motion_piece;
+
+// The planned motion of an axis, and its promise. It does not grow.
+typedef struct coaxle_plan {
+  // Cycle count of the node when it made the plan.
+  uint64_t count;
+  // The axis id.
+  uint32_t axis_id;
+  // Number of pieces, 1 to `COAXLE_MOST_PIECES`.
+  uint32_t number;
+  // Until then the axis does not deviate from the plan, ns of the node's run: within its pieces.
+  int64_t promised_until_ns;
+  // Largest velocity of the axis, u/s.
+  double max_velocity;
+  // Its largest acceleration, u/s².
+  double max_acceleration;
+  // Its largest deceleration, u/s².
+  double max_deceleration;
+  // Its largest jerk, u/s³.
+  double max_jerk;
+  // The pieces, one after the other without a gap or a jump.
+  struct coaxle_motion_piece pieces[COAXLE_MOST_PIECES];
+} coaxle_plan;
+
+// Set values of a far axis, and how they came about.
+typedef struct coaxle_far_axis_state {
+  // `sizeof` this struct.
+  uint32_t struct_size;
+  // `COAXLE_MODE_BYPASS` to `COAXLE_MODE_OBSERVER`: what calculated them (`eFilterState`).
+  uint32_t mode;
+  // Other than 0 if the far clock is known and corrected, and nothing is wrong (`bSynced`).
+  uint32_t is_synced;
+  // Other than 0 if samples have been missing for longer than the age limit.
+  uint32_t is_silent;
+  // Other than 0 if they lie between two frames that are shown later.
+  uint32_t is_interpolated;
+  // Other than 0 if they are those of the plan.
+  uint32_t is_planned;
+  // Error, a code of TS5066; 0: none (`iErrorId`).
+  uint32_t error;
+  // Warning, a code of TS5066; 0: none.
+  uint32_t warning;
+  // Beats (`iCountBeats`).
+  uint32_t beats;
+  // Samples that contradicted the plan.
+  uint32_t plan_contradictions;
+  // Set position, u.
+  double position;
+  // Set velocity, u/s.
+  double velocity;
+  // Set acceleration, u/s².
+  double acceleration;
+  // Time by which the newest sample was moved, s; not a number in a mode without one (`fCorrectionTime`).
+  double correction_s;
+  // Time by which the axis is shown later, s; 0: its newest sample is moved to now.
+  double shown_later_s;
+  // Time from the instant shown to the end of the promise, s; not a number without one.
+  double promised_ahead_s;
+  // Received minus calculated position, u (`fPositionDiff`).
+  double position_diff;
+  // Received minus calculated velocity, u/s (`fVeloDiff`).
+  double velocity_diff;
+} coaxle_far_axis_state;
+
+// A position that a planned axis comes to. It does not grow.
+typedef struct coaxle_awaited_position {
+  // The position, u.
+  double position;
+  // Period in which it repeats, u, above 0; 0: that position alone.
+  double modulo;
+  // 1 or -1: the direction in which the axis comes to it; 0: any.
+  int32_t direction;
+  // 0.
+  uint32_t reserved;
+} coaxle_awaited_position;
 
 // Parameters of a far clock.
 typedef struct coaxle_far_clock_parameters {
@@ -1016,6 +1202,56 @@ int32_t coaxle_encoder_update(coaxle_encoder *encoder,
 // Forgets where the encoder was: the next reading is the first one.
 int32_t coaxle_encoder_restart(coaxle_encoder *encoder);
 
+// Sets the parameters of a far axis to the defaults of the manual, but for `struct_size`, which the caller has set: mode observer, with
+// this own cycle time and that of the far node, ns.
+int32_t coaxle_far_axis_parameters_init(struct coaxle_far_axis_parameters *parameters,
+                                        int64_t cycle_time_ns,
+                                        int64_t data_cycle_time_ns);
+
+// Makes a far axis, and passes it out in `out`.
+int32_t coaxle_far_axis_new(const struct coaxle_far_axis_parameters *parameters, coaxle_far_axis **out);
+
+// Frees a far axis; `NULL` is left alone.
+void coaxle_far_axis_free(coaxle_far_axis *axis);
+
+// Takes the sample of a frame. An older one than the newest counts for an axis that is shown later alone.
+int32_t coaxle_far_axis_sample(coaxle_far_axis *axis, const struct coaxle_far_sample *sample);
+
+// Takes a plan of its node, which is used where samples are missing, once a sample has confirmed it and its renewals have reached far
+// enough for a second. An older one than the newest is left out.
+//
+// # Errors
+// `COAXLE_REJECTED` and the reason: no motion that an axis can make, or a promise that is moved back or broken.
+int32_t coaxle_far_axis_plan(coaxle_far_axis *axis,
+                             const struct coaxle_plan *plan);
+
+// Runs a cycle, `elapsed` cycles after the one before. `state` may be `NULL`.
+//
+// In mode observer `correction_s` is that of a far clock for the newest sample's count (`coaxle_far_clock_correction`): `NULL` while it
+// is not sure. The other modes count cycles, and do not read it.
+//
+// # Errors
+// `COAXLE_NOT_THERE` before the first sample.
+int32_t coaxle_far_axis_cycle(coaxle_far_axis *axis,
+                              const double *correction_s,
+                              uint32_t elapsed,
+                              struct coaxle_far_axis_state *state);
+
+// Passes out the instant at which the axis will come to a position, by its plan: ns of the far node's run. It looks from `from_ns` on
+// until `until_ns`, or as far as the plan is promised.
+//
+// # Errors
+// `COAXLE_NOT_THERE` if it does not come there as far as is known.
+int32_t coaxle_far_axis_passage(coaxle_far_axis *axis,
+                                const struct coaxle_awaited_position *awaited,
+                                int64_t from_ns,
+                                int64_t until_ns,
+                                int64_t *at_ns);
+
+// Forgets samples and plans: the next ones are of another run of the node. The set values go on from where they are. A latched error
+// is reset.
+int32_t coaxle_far_axis_restart(coaxle_far_axis *axis);
+
 // Makes a far clock, and passes it out in `out`.
 int32_t coaxle_far_clock_new(const struct coaxle_far_clock_parameters *parameters, coaxle_far_clock **out);
 
@@ -1067,6 +1303,34 @@ int32_t coaxle_far_clock_phase(coaxle_far_clock *clock,
                                uint64_t count,
                                int64_t cycle_time_ns,
                                struct coaxle_far_phase *out);
+
+// Writes a message with up to `COAXLE_MOST_PLANS` plans of one cycle into `bytes`, which has room for `capacity`, and passes out its
+// `length`. The key is that of the node: `coaxle/<node>/plans`. `sender` and `epoch` are those of its frames.
+//
+// # Errors
+// `COAXLE_REJECTED` names a plan that is no motion of its axis.
+int32_t coaxle_plans_encode(coaxle_key *key,
+                            uint32_t sender,
+                            uint64_t epoch,
+                            const struct coaxle_plan *plans,
+                            size_t number,
+                            uint8_t *bytes,
+                            size_t capacity,
+                            size_t *length);
+
+// Reads a message of plans: up to `capacity` of its good plans; passes out their `number`, the run (`epoch`) of its sender, and how many
+// were `refused` because they are no motion of their axis.
+//
+// # Errors
+// `COAXLE_REJECTED` and the reason.
+int32_t coaxle_plans_decode(coaxle_key *key,
+                            const uint8_t *bytes,
+                            size_t length,
+                            uint64_t *epoch,
+                            struct coaxle_plan *plans,
+                            size_t capacity,
+                            size_t *number,
+                            size_t *refused);
 
 // Makes a receiver of the text of its config (docs/REFERENCE.md). `name` stands for the file in errors.
 int32_t coaxle_receiver_new(const struct coaxle_receiver_parameters *parameters,

@@ -7,8 +7,8 @@
 //! | room | here |
 //! |--|--|
 //! | `coaxle_clock` | [`coaxle_far_clock`], [`coaxle_cycle_lock`] |
-//! | `coaxle_remote` | [`coaxle_encoder`](struct@coaxle_encoder) |
-//! | `coaxle_wire` | [`coaxle_key`]: frames, time requests and responses as bytes |
+//! | `coaxle_remote` | [`coaxle_far_axis`](struct@coaxle_far_axis), [`coaxle_encoder`](struct@coaxle_encoder) |
+//! | `coaxle_wire` | [`coaxle_key`]: frames, plans, time requests and responses as bytes |
 //! | `coaxle_slave`, `coaxle_cam` | [`coaxle_slave`](struct@coaxle_slave), [`coaxle_tables`] |
 //! | `coaxle_drive_memory` | [`coaxle_drive_process`], [`coaxle_drive_node`]: the memory of a drive, from both ends |
 //! | `coaxle_receiver` | [`coaxle_receiver`](struct@coaxle_receiver): a whole node by its config |
@@ -34,10 +34,13 @@ mod drive_memory;
 mod drive_memory_structs;
 mod encoder;
 mod failure;
+mod far_axis;
+mod far_axis_structs;
 mod far_clock;
 mod handle;
 mod memory;
 mod phase;
+mod plan;
 mod receiver;
 mod slave;
 mod slave_structs;
@@ -57,8 +60,11 @@ pub use drive_memory::*;
 pub use drive_memory_structs::*;
 pub use encoder::*;
 pub use failure::*;
+pub use far_axis::*;
+pub use far_axis_structs::*;
 pub use far_clock::*;
 pub use phase::*;
+pub use plan::*;
 pub use receiver::*;
 pub use slave::*;
 pub use slave_structs::*;

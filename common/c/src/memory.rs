@@ -203,10 +203,10 @@ pub(crate) unsafe fn check_if_any<T: Growing>(out: *const T) -> Result<(), Failu
     unsafe { struct_size(out) }.map(drop)
 }
 
-/// Writes a struct, as [`write`] does; not a null one.
+/// Writes a struct, as [`write()`] does; not a null one.
 ///
 /// # Safety
-/// As for [`write`].
+/// As for [`write()`].
 pub(crate) unsafe fn write_if_any<T: Growing>(out: *mut T, value: &T) -> Result<(), Failure> {
     if out.is_null() {
         return Ok(());

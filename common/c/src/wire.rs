@@ -219,23 +219,24 @@ pub(crate) fn rejected(reason: Rejection) -> Failure {
     Failure::new(COAXLE_REJECTED, reason)
 }
 
-fn frame_header(given: &coaxle_frame_header) -> Result<FrameHeader, Failure> {
-    let delay = PresentAfter::new(Span::from_nanos(given.present_after_ns));
-    if delay.is_none() && given.present_after_ns != 0 {
+/// Reads a presentation delay; none for 0.
+pub(crate) fn present_after(nanos: i64) -> Result<Option<PresentAfter>, Failure> {
+    let delay = PresentAfter::new(Span::from_nanos(nanos));
+    if delay.is_none() && nanos != 0 {
         let expected = "0 to 4294967295";
-        return Err(Failure::range(
-            "present_after_ns",
-            given.present_after_ns,
-            expected,
-        ));
+        return Err(Failure::range("present_after_ns", nanos, expected));
     }
+    Ok(delay)
+}
+
+fn frame_header(given: &coaxle_frame_header) -> Result<FrameHeader, Failure> {
     Ok(FrameHeader {
         sender: given.sender,
         epoch: given.epoch,
         index: CycleIndex::of_count(given.count),
         count: given.count,
         cycle_time: cycle_time(given.cycle_time_ns)?,
-        present_after: delay,
+        present_after: present_after(given.present_after_ns)?,
         send_stamp: None,
     })
 }

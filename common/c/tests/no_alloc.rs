@@ -32,6 +32,81 @@ fn text(of: &str) -> CString {
 }
 
 #[test]
+fn a_far_axis_and_its_plans() {
+    // SAFETY: the rules of the header.
+    unsafe {
+        let mut parameters: coaxle_far_axis_parameters = sized();
+        let (mut axis, mut key) = (null_mut(), null_mut());
+        let code = coaxle_far_axis_parameters_init(&raw mut parameters, CYCLE, CYCLE);
+        assert_eq!(code, COAXLE_OK);
+        let code = coaxle_far_axis_new(&raw const parameters, &raw mut axis);
+        assert_eq!(code, COAXLE_OK);
+        let name = text("coaxle/arm/plans");
+        assert_eq!(coaxle_key_new(name.as_ptr(), &raw mut key), COAXLE_OK);
+        let piece = coaxle_motion_piece {
+            start_ns: 0,
+            duration_ns: 60_000 * CYCLE,
+            position: 0.0,
+            velocity: 500.0,
+            acceleration: 0.0,
+            jerk: 0.0,
+        };
+        let mut plan = coaxle_plan {
+            count: 0,
+            axis_id: 1,
+            number: 1,
+            promised_until_ns: 0,
+            max_velocity: 500.0,
+            max_acceleration: 1.0,
+            max_deceleration: 1.0,
+            max_jerk: 1.0,
+            pieces: [piece; COAXLE_MOST_PIECES],
+        };
+        let mut bytes = [0; 4096];
+        let mut state: coaxle_far_axis_state = sized();
+        let mut planned = 0;
+        assert_no_alloc(|| {
+            for count in 0..4_000_i64 {
+                let (mut length, mut epoch, mut number, mut refused) = (0, 0, 0, 0);
+                plan.count = count as u64;
+                plan.promised_until_ns = count * CYCLE + 3_000 * CYCLE;
+                let (given, room) = (&raw mut plan, bytes.as_mut_ptr());
+                let code = coaxle_plans_encode(key, 1, 1, given, 1, room, 4096, &raw mut length);
+                assert_eq!(code, COAXLE_OK);
+                let (epoch, refused) = (&raw mut epoch, &raw mut refused);
+                let number = &raw mut number;
+                let code = coaxle_plans_decode(key, room, length, epoch, given, 1, number, refused);
+                assert_eq!(code, COAXLE_OK);
+                assert_eq!(coaxle_far_axis_plan(axis, given), COAXLE_OK);
+                // Every second sample is lost; one is no number.
+                if count % 2 == 0 {
+                    let sample = coaxle_far_sample {
+                        count: count as u64,
+                        position: if count == 2_000 {
+                            f64::NAN
+                        } else {
+                            0.5 * count as f64
+                        },
+                        velocity: 500.0,
+                        ..sized()
+                    };
+                    let code = coaxle_far_axis_sample(axis, &raw const sample);
+                    assert_eq!(code == COAXLE_OK, count != 2_000);
+                }
+                let correction = 1e-3 * (count % 2) as f64;
+                let correction = &raw const correction;
+                let code = coaxle_far_axis_cycle(axis, correction, 1, &raw mut state);
+                assert_eq!(code, COAXLE_OK);
+                planned += state.is_planned;
+            }
+        });
+        assert!(planned > 1_000 && state.error == 0, "{planned}");
+        coaxle_far_axis_free(axis);
+        coaxle_key_free(key);
+    }
+}
+
+#[test]
 fn the_master_of_an_encoder() {
     // SAFETY: the rules of the header.
     unsafe {

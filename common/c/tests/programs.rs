@@ -138,6 +138,28 @@ fn a_recording_is_followed_to_the_last_bit() {
 }
 
 #[test]
+fn an_axis_of_another_pc_is_smooth_in_a_loop_of_ones_own() {
+    let Some(out) = run(C, "examples/far_axis.c", &[]) else {
+        return;
+    };
+    let figures = |way: &str| -> [f64; 2] {
+        let line = out.lines().find(|line| line.starts_with(way));
+        let words = line.unwrap_or_default().split_whitespace();
+        let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
+        numbers
+            .try_into()
+            .unwrap_or_else(|_| panic!("{way}: {out}"))
+    };
+    let [received, now, later] = ["as received", "moved to now", "shown later"].map(figures);
+    // A cycle is 0.6 mm: as received, the axis lags by up to one more than are lost, and jumps by its whole velocity at a beat.
+    assert!(received[0] > 900.0 && received[1] > 500.0, "{out}");
+    // A microsecond is 0.6 um; in a cycle the velocity changes by 2.5 mm/s at most.
+    for [off, jump] in [now, later] {
+        assert!(off < 10.0 && jump < 5.0, "{out}");
+    }
+}
+
+#[test]
 fn counts_of_an_encoder_are_a_master() {
     let Some(out) = run(C, "examples/encoder.c", &["3"]) else {
         return;
