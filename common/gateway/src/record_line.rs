@@ -1,5 +1,5 @@
-//! A record as a line of CSV on pipes: the cycle index, then position, velocity and acceleration of each
-//! axis.
+//! A record as a line of text on pipes: the cycle index, then position, velocity and acceleration of each
+//! axis, separated by commas, or by blanks as LinuxCNC's `halsampler` prints them.
 
 use std::fmt::Write as _;
 
@@ -24,21 +24,20 @@ pub fn head_line<'a>(names: impl Iterator<Item = &'a str>) -> String {
     line
 }
 
-/// Reads the index and the axes of a line. Such an axis counts as operational and homed; its other state
-/// is unknown.
+/// Reads the index and the axes of a line. A count that goes on beyond 65535 is an index, too. Such an axis counts as
+/// operational and homed; its other state is unknown.
 ///
 /// # Errors
 /// [`RecordLineError`] with the field.
 pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, RecordLineError> {
-    let received = line.split(',').count();
+    let received = cells(line).count();
     let expected = 1 + FIELDS.len() * axes.len();
     if received != expected {
         return Err(RecordLineError::Fields { received, expected });
     }
-    // Blanks behind commas are usual in CSV written by people.
-    let mut cells = line.split(',').map(str::trim);
+    let mut cells = cells(line);
     let cell = cells.next().unwrap_or_default();
-    let index = cell.parse().map_err(|_| RecordLineError::Index {
+    let count = cell.parse().map_err(|_| RecordLineError::Index {
         received: shortened(cell),
     })?;
     for (number, axis) in axes.iter_mut().enumerate() {
@@ -55,7 +54,18 @@ pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, Rec
         }
         *axis = moving(values);
     }
-    Ok(CycleIndex(index))
+    Ok(CycleIndex::of_count(count))
+}
+
+/// Returns the fields of a line. Without a comma, blanks separate them; blanks behind commas are usual in CSV written by people.
+fn cells(line: &str) -> impl Iterator<Item = &str> {
+    let has_commas = line.contains(',');
+    let separates = move |char: char| match has_commas {
+        true => char == ',',
+        false => char.is_whitespace(),
+    };
+    let cells = line.split(separates).map(str::trim);
+    cells.filter(move |cell| has_commas || !cell.is_empty())
 }
 
 /// Appends the line of a record, with its end. Missing axes are empty fields.
@@ -109,7 +119,7 @@ pub enum RecordLineError {
         expected: usize,
     },
     /// A first field that is not an index.
-    #[error("index: received {received:?}, expected a number from 0 to 65535")]
+    #[error("index: received {received:?}, expected the cycle index, a whole number of at least 0")]
     Index {
         /// Text received.
         received: String,
@@ -152,13 +162,31 @@ mod tests {
     }
 
     #[test]
+    fn a_line_of_halsampler_is_one_too() {
+        let mut axes = [NcToPlcAxis::default(); 1];
+        for (line, index) in [("7 1.5 -2 0.003 ", 7), ("65543  1.5 -2\t0.003", 7)] {
+            assert_eq!(read_line(line, &mut axes), Ok(CycleIndex(index)));
+            assert_eq!((axes[0].set_position, axes[0].set_velocity), (1.5, -2.0));
+        }
+        let lost = read_line("overrun", &mut axes).unwrap_err();
+        assert_eq!(
+            lost,
+            RecordLineError::Fields {
+                received: 1,
+                expected: 4
+            }
+        );
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         for (line, expected) in [
-            ("", "1 fields came, expected 4"),
+            ("", "0 fields came, expected 4"),
+            ("1,", "2 fields came, expected 4"),
             ("1,2,3,4,5", "5 fields came, expected 4"),
             (
-                "65536,1,2,3",
-                "index: received \"65536\", expected a number from 0 to 65535",
+                "-1,1,2,3",
+                "index: received \"-1\", expected the cycle index, a whole number of at least 0",
             ),
             (
                 "1,2,nan,3",

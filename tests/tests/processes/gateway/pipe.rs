@@ -36,7 +36,7 @@ fn lines_of_csv_go_in_and_come_back_corrected_and_a_broken_one_does_no_harm() {
     pipe.put(b"here,is,no,number\n1,2\n");
     pipe.turn_until_it_is_close(line);
     let log = pipe.end();
-    let broken = "index: received \"here\", expected a number from 0 to 65535";
+    let broken = "index: received \"here\", expected the cycle index, a whole number of at least 0";
     // The first broken line is logged, further ones of its kind are counted.
     assert_eq!(log.matches("standard input, line ").count(), 1, "{log}");
     assert!(log.contains(broken), "{log}");

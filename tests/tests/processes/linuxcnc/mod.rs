@@ -8,6 +8,7 @@
     reason = "a test says what it has seen, or that it tested nothing"
 )]
 
+mod published;
 mod world;
 
 use world::{Sample, World};

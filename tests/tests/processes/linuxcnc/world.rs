@@ -4,6 +4,7 @@ use std::fs::File;
 use std::os::unix::fs::chown;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use coaxle_test_process::{Process, output, until};
 use coaxle_tests::ports::free_endpoint;
@@ -14,6 +15,7 @@ const NOBODY: u32 = 65534;
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
 const HEADERS: &str = "/usr/include/linuxcnc";
 const COMPONENTS: [&str; 2] = ["coaxle_axis", "coaxle_lock"];
+pub(crate) const TOOL: &str = env!("CARGO_BIN_EXE_coaxle-under-test");
 const AXES: [&str; 2] = ["conveyor", "carriage"];
 
 const SENDER: &str = "name = 'conveyor'\ncycle-time-us = 1000\n[lab]\nclock = { drift-ppm = 200 }\n[[axis]]\nid = 1\nname = 'belt'\n\
@@ -40,10 +42,18 @@ loadusr -w halsampler -t -n 4000 locked
 /// Waits until a pin has a value, to a thousandth of it.
 const UNTIL: &str = "until halcmd getp $1 | awk -v to=$2 '{ exit !($1 > 0.999 * to && $1 < 1.001 * to) }'; do sleep 0.2; done\n";
 
+/// A folder in which LinuxCNC's threads run as an ordinary user. There is one HAL on a machine: one test at a time has it.
+pub(crate) struct HalFolder {
+    folder: TempDir,
+    _turn: MutexGuard<'static, ()>,
+}
+
+static HAL: Mutex<()> = Mutex::new(());
+
 /// The running nodes, until this is dropped.
 pub(crate) struct World {
     _nodes: [Process; 2],
-    folder: TempDir,
+    folder: HalFolder,
 }
 
 /// A cycle of the servo thread.
@@ -73,21 +83,80 @@ impl Sample {
     }
 }
 
-impl World {
-    /// Starts the nodes; none, with a note on the output, where LinuxCNC cannot be tested.
-    pub(crate) fn start() -> Option<Self> {
+impl HalFolder {
+    /// Makes it; none, with a note on the output, where LinuxCNC cannot be tested.
+    pub(crate) fn new() -> Option<Self> {
         if let Some(reason) = obstacle() {
             println!("not tested: {reason}");
             return None;
         }
         let folder = tempfile::tempdir().expect("a scratch folder");
         chown(folder.path(), Some(NOBODY), Some(NOBODY)).expect("root may do so");
+        // A test that has failed has ended its threads, too.
+        let _turn = HAL.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(Self { folder, _turn })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.file(name), text).expect("a file");
+    }
+
+    /// Starts a node of a config; it ends when this is dropped.
+    pub(crate) fn node(&self, role: &str, config: &str, options: &[&str]) -> Process {
+        let mut command = self.command(role, config, options);
+        Process::start(role, &mut command, &self.file(&format!("{role}.log")))
+    }
+
+    /// The command that starts it.
+    pub(crate) fn command(&self, role: &str, config: &str, options: &[&str]) -> Command {
+        let file = format!("{role}.toml");
+        self.write(&file, config);
+        let mut command = Command::new(TOOL);
+        command.arg(role).arg(self.file(&file)).args(options);
+        command
+    }
+
+    /// Starts LinuxCNC's threads with a script.
+    pub(crate) fn threads(&self, script: &str) -> Process {
+        let mut run = self.as_nobody("halrun");
+        run.args(["-f", script]);
+        run.stdout(File::create(self.file("halrun.out")).expect("a file"));
+        Process::start("halrun", &mut run, &self.file("halrun.log"))
+    }
+
+    /// A command of an ordinary user with a home, whose modules of LinuxCNC are those of the machine and the components.
+    pub(crate) fn as_nobody(&self, command: &str) -> Command {
+        let folder = self.path().display();
+        let script = format!(
+            "set -e\nmkdir -p modules\ncp -rn {MODULES}/. modules/\ncp -f coaxle_*.so modules/ 2>/dev/null || true\n\
+             mount --bind modules {MODULES}\nexport HOME={folder}\n\
+             exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups \"$@\""
+        );
+        // The modules are mounted for this command alone: the machine's own stay what they are.
+        let mut run = Command::new("unshare");
+        run.args(["--mount", "sh", "-c", &script, "sh", command]);
+        run.current_dir(self.path());
+        run
+    }
+}
+
+impl World {
+    /// Starts the nodes; none, with a note on the output, where LinuxCNC cannot be tested.
+    pub(crate) fn start() -> Option<Self> {
+        let folder = HalFolder::new()?;
         let [conveyor, cnc] = [(); 2].map(|()| free_endpoint());
         let config = receiver_config(folder.path());
         let nodes = [
-            node(&folder, "sender", SENDER, &["--lab", "--listen", &conveyor]),
-            node(
-                &folder,
+            folder.node("sender", SENDER, &["--lab", "--listen", &conveyor]),
+            folder.node(
                 "receiver",
                 &config,
                 &["--listen", &cnc, "--connect", &conveyor],
@@ -108,10 +177,11 @@ impl World {
     pub(crate) fn compile_components(&self) {
         let library = std::env::current_exe().expect("the test's own path");
         let library = library.with_file_name("libcoaxle_c.so");
-        std::fs::copy(library, self.path("libcoaxle.so.1")).expect("it is built with the test");
+        std::fs::copy(library, self.folder.file("libcoaxle.so.1"))
+            .expect("it is built with the test");
         for component in COMPONENTS {
             let source = shipped(&format!("linuxcnc/{component}.c"));
-            std::fs::copy(&source, self.path(&format!("{component}.c"))).expect("a copy");
+            std::fs::copy(&source, self.folder.file(&format!("{component}.c"))).expect("a copy");
             succeeds(
                 Command::new("cc")
                     .args(["-std=c11", "-Wall", "-Wextra", "-Werror"])
@@ -132,12 +202,12 @@ impl World {
             );
         }
         let folder = self.folder.path().display();
-        let mut compile = self.as_nobody("halcompile");
+        let mut compile = self.folder.as_nobody("halcompile");
         compile.env(
             "LDFLAGS",
             format!("-Wl,--no-as-needed {folder}/libcoaxle.so.1 -Wl,-rpath,{folder}"),
         );
-        std::fs::copy(shipped("include/coaxle.h"), self.path("coaxle.h")).expect("a copy");
+        std::fs::copy(shipped("include/coaxle.h"), self.folder.file("coaxle.h")).expect("a copy");
         succeeds(
             compile
                 .arg("--compile")
@@ -153,41 +223,18 @@ impl World {
             let text = text
                 .expect("a script")
                 .replace("/dev/shm/coaxle-", &memories);
-            std::fs::write(self.path(script), text).expect("a script");
+            std::fs::write(self.folder.file(script), text).expect("a script");
         }
-        std::fs::write(self.path("test.hal"), SCRIPT).expect("a script");
-        std::fs::write(self.path("until.sh"), UNTIL).expect("a script");
-        let mut run = self.as_nobody("halrun");
-        run.args(["-f", "test.hal"]);
-        let log = self.path("halrun.log");
-        run.stdout(File::create(self.path("halrun.out")).expect("a file"));
-        let threads = Process::start("halrun", &mut run, &log);
+        self.folder.write("test.hal", SCRIPT);
+        self.folder.write("until.sh", UNTIL);
+        let threads = self.folder.threads("test.hal");
         threads.may_end();
         assert!(threads.wait().success(), "{}", threads.log());
         ["free", "locked"].map(|name| self.samples(name))
     }
 
-    /// A command of an ordinary user with a home, whose modules of LinuxCNC are those of the machine and the components.
-    fn as_nobody(&self, command: &str) -> Command {
-        let folder = self.folder.path().display();
-        let script = format!(
-            "set -e\nmkdir -p modules\ncp -rn {MODULES}/. modules/\ncp -f coaxle_*.so modules/ 2>/dev/null || true\n\
-             mount --bind modules {MODULES}\nexport HOME={folder}\n\
-             exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups \"$@\""
-        );
-        // The modules are mounted for this command alone: the machine's own stay what they are.
-        let mut run = Command::new("unshare");
-        run.args(["--mount", "sh", "-c", &script, "sh", command]);
-        run.current_dir(self.folder.path());
-        run
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
     fn samples(&self, name: &str) -> Vec<Sample> {
-        let text = std::fs::read_to_string(self.path(name)).expect("samples");
+        let text = std::fs::read_to_string(self.folder.file(name)).expect("samples");
         let samples: Vec<_> = text.lines().filter_map(sample).collect();
         assert!(samples.len() > 1_000, "{name}: {} samples", samples.len());
         samples
@@ -255,21 +302,9 @@ fn receiver_config(folder: &Path) -> String {
         .replace("max-silent-cycles = 1000", "max-silent-cycles = 100000")
 }
 
-fn shipped(name: &str) -> PathBuf {
+pub(crate) fn shipped(name: &str) -> PathBuf {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     own.join("../common/c").join(name)
-}
-
-fn node(folder: &TempDir, role: &str, config: &str, options: &[&str]) -> Process {
-    let file = folder.path().join(format!("{role}.toml"));
-    std::fs::write(&file, config).expect("a config");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
-    command.arg(role).arg(file).args(options);
-    Process::start(
-        role,
-        &mut command,
-        &folder.path().join(format!("{role}.log")),
-    )
 }
 
 fn succeeds(command: &mut Command) {

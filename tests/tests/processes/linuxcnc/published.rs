@@ -1,0 +1,141 @@
+//! Set values of HAL as a master: a sine of LinuxCNC's threads, by `halsampler` and a gateway, in a receiver.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use coaxle_test_process::{Process, output, until};
+use coaxle_tests::ports::free_endpoint;
+
+use super::world::{HalFolder, TOOL, shipped};
+
+/// Amplitude of the sine, mm, and its angular frequency, rad/s.
+const AMPLITUDE: f64 = 100.0;
+const OMEGA: f64 = std::f64::consts::PI / 2.0;
+
+#[test]
+fn a_position_of_hal_leads_axes_of_other_pcs() {
+    let Some(folder) = HalFolder::new() else {
+        return;
+    };
+    let [from_hal, follower] = [(); 2].map(|()| free_endpoint());
+    let text = |name: &str| {
+        std::fs::read_to_string(shipped(&format!("linuxcnc/{name}"))).expect("it is shipped")
+    };
+    folder.write("wait.sh", "until [ -e done ]; do sleep 0.1; done\n");
+    folder.write(
+        "publish.hal",
+        &(text("publish.hal") + "loadusr -w sh wait.sh\n"),
+    );
+    let threads = folder.threads("publish.hal");
+    // It waits for the threads, whose sampler has to be there.
+    let mut sampler = folder.as_nobody("sh");
+    sampler.args([
+        "-c",
+        "until halcmd show comp sampler | grep -q ready; do sleep 0.1; done; exec stdbuf -oL halsampler -t",
+    ]);
+    sampler.stdout(Stdio::piped()).stdin(Stdio::null());
+    let mut sampler = sampler.spawn().expect("a shell");
+    let lines = sampler.stdout.take().expect("it is piped");
+    let mut gateway = folder.command("gateway", &text("gateway.toml"), &["--listen", &from_hal]);
+    gateway.stdin(lines);
+    let gateway = Process::start("gateway", &mut gateway, &folder.file("gateway.log"));
+    let config =
+        "name = 'follower'\ncycle-time-us = 1000\n[master]\nnode = 'cnc-joints'\naxis = 1\n";
+    let trace = folder.file("follower.csv");
+    let traced = trace.to_str().expect("UTF-8");
+    let options = [
+        "--listen",
+        &follower,
+        "--connect",
+        &from_hal,
+        "--trace",
+        traced,
+    ];
+    let receiver = folder.node("receiver", config, &options);
+
+    let tool = |arguments: &[&str]| {
+        let mut command = Command::new(TOOL);
+        output(command.args(arguments).args(["--connect", &follower]))
+    };
+    until("the far clock is known", || {
+        let waited = tool(&["wait-sync", "follower", "--timeout", "10s"]);
+        waited.status.success()
+    });
+    let recorded = || std::fs::read_to_string(&trace).map_or(0, |text| text.lines().count());
+    let before = recorded();
+    until("two periods are recorded", || recorded() > before + 8_000);
+    folder.write("done", "");
+    drop((receiver, gateway));
+    threads.may_end();
+    let _ = threads.wait();
+    let _ = sampler.kill();
+    let _ = sampler.wait();
+    judge(&trace);
+}
+
+/// The position and velocity of a sine are those of a circle. Values that are repeated or missed, or of another instant than their
+/// velocity, are not.
+fn judge(trace: &Path) {
+    let rows = rows(trace);
+    let synced: Vec<_> = rows
+        .windows(2)
+        .filter(|pair| pair.iter().all(|row| row.synced))
+        .collect();
+    assert!(synced.len() > 500, "{} cycles in sync", synced.len());
+    let mut steps: Vec<f64> = Vec::new();
+    for pair in &synced {
+        let [before, now] = [&pair[0], &pair[1]];
+        let radius = now.position.hypot(now.velocity / OMEGA);
+        assert!((radius - AMPLITUDE).abs() < 0.2, "{now:?}");
+        let passed = (now.time - before.time) as f64 * 1e-9;
+        let expected = 0.5 * (now.velocity + before.velocity) * passed;
+        steps.push((now.position - before.position - expected).abs());
+    }
+    steps.sort_by(f64::total_cmp);
+    let [median, most] = [steps.len() / 2, steps.len() * 99 / 100].map(|n| steps[n]);
+    println!(
+        "{} cycles in sync, off by {median:.6} mm, 99 % by less than {most:.6} mm",
+        steps.len()
+    );
+    // A beat is 0.157 mm at the greatest velocity.
+    assert!(median < 1e-3 && most < 0.05, "{median} mm, {most} mm");
+}
+
+/// A cycle of the receiver.
+#[derive(Debug)]
+struct Row {
+    /// Its ideal start, ns.
+    time: i64,
+    synced: bool,
+    position: f64,
+    velocity: f64,
+}
+
+fn rows(trace: &Path) -> Vec<Row> {
+    let text = std::fs::read_to_string(trace).expect("a trace");
+    let mut lines = text.lines();
+    let head: Vec<_> = lines.next().unwrap_or_default().split(',').collect();
+    let place = |name: &str| {
+        let place = head.iter().position(|column| *column == name);
+        place.unwrap_or_else(|| panic!("{name}: {head:?}"))
+    };
+    let places = [
+        "at_ns",
+        "cnc-joints.1.synced",
+        "cnc-joints.1.corrected_position",
+        "cnc-joints.1.corrected_velocity",
+    ]
+    .map(place);
+    // The first rows have no values yet.
+    let row = |line: &str| {
+        let cells: Vec<_> = line.split(',').collect();
+        let [time, synced, position, velocity] = places.map(|place| cells.get(place).copied());
+        Some(Row {
+            time: time?.parse().ok()?,
+            synced: synced? == "1" || synced? == "true",
+            position: position?.parse().ok()?,
+            velocity: velocity?.parse().ok()?,
+        })
+    };
+    lines.filter_map(row).collect()
+}
