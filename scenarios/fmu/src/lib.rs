@@ -1,8 +1,8 @@
 //! The library of Coaxle's units: the C functions of FMI 3.0 over [`coaxle_fmi`].
 //!
-//! `docs/FMI.md` is its manual. What decides is in `coaxle_fmi`; here is the border: [`instance`] has the handle, the log and the guard
-//! against panics, [`memory`] reads and writes what callers point to, [`functions`] and [`values`] are the functions of the standard, and
-//! [`absent`] those of other interfaces, which are refused. All `unsafe` code of the units is in this crate.
+//! `docs/FMI.md` is its manual. What decides is in `coaxle_fmi`; here is the border: `instance` has the handle, the log and the guard
+//! against panics, `memory` reads and writes what callers point to, `functions` and `values` are the functions of the standard, and
+//! `absent` those of other interfaces, which are refused. All `unsafe` code of the units is in this crate.
 #![allow(non_snake_case, reason = "names of the standard")]
 #![allow(
     clippy::missing_safety_doc,
