@@ -4,8 +4,8 @@ use ::coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::{CycleIndex, CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_remote::{
-    FarAxis, FarAxisOutput, FarCorrection, FarSync, FilterMode, KnownMotion, PlanCoverage,
-    PlannedAhead, PlannedMotion, Presentation, PresentedNow, ReceivedPlan, StatedDelay,
+    AxisPresentation, FarAxis, FarAxisOutput, FarCorrection, FarSync, FilterMode, FrameDelay,
+    KnownMotion, PlanCoverage, PlannedAhead, PlannedMotion, PresentedNow, ReceivedPlan,
 };
 
 use crate::failure::{COAXLE_NOT_THERE, COAXLE_REJECTED, Failure};
@@ -35,8 +35,8 @@ pub struct coaxle_far_axis {
     /// … and as it is.
     sync: FarSync,
     axis: FarAxis,
-    newest: Option<Sample>,
-    presentation: Presentation,
+    newest: Option<NewestSample>,
+    presentation: AxisPresentation,
     /// True if the newest cycle showed the frames later.
     showed_later: bool,
     plan: PlannedMotion,
@@ -48,7 +48,7 @@ handle!(coaxle_far_axis, b"far axis");
 
 /// The newest sample.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct NewestSample {
     count: u64,
     /// Time of the node's run.
     instant: Span,
@@ -246,7 +246,7 @@ impl coaxle_far_axis {
             sync,
             axis: FarAxis::start(cycle.span(), &parameters).map_err(wrong)?,
             newest: None,
-            presentation: Presentation::new(data_cycle),
+            presentation: AxisPresentation::new(data_cycle),
             showed_later: false,
             plan: PlannedMotion::default(),
             coverage: PlanCoverage::default(),
@@ -260,7 +260,7 @@ impl coaxle_far_axis {
             let expected = format_args!("at most {most} cycles");
             return Err(Failure::range("count", given.count, expected));
         }
-        let sample = Sample {
+        let sample = NewestSample {
             count: given.count,
             instant: self.data_cycle * given.count as i64,
             set: given.set()?,
@@ -291,7 +291,7 @@ impl coaxle_far_axis {
         };
         let is_planned = self.uses_plan(&correction, newest.instant, elapsed);
         // Frames that are shown later outlast a silence, and so does a promise.
-        let correction = match is_planned || self.presentation.covers(&correction) {
+        let correction = match is_planned || self.presentation.covers(correction.of_clock()) {
             true => correction.despite_silence(),
             false => correction,
         };
@@ -321,9 +321,9 @@ impl coaxle_far_axis {
 
     /// Follows the delay that the frames state. Between values shown later and values moved to now lies the whole delay, over which a
     /// blend would be a straight line.
-    fn present(&mut self, newest: &Sample, correction: &FarCorrection, elapsed: u32) {
+    fn present(&mut self, newest: &NewestSample, correction: &FarCorrection, elapsed: u32) {
         let age = correction.time(correction.mode);
-        let stated = StatedDelay {
+        let stated = FrameDelay {
             count: newest.count,
             delay: newest.delay,
             cycle: self.data_cycle,
@@ -353,7 +353,7 @@ impl coaxle_far_axis {
 
     fn state(
         &self,
-        newest: &Sample,
+        newest: &NewestSample,
         correction: &FarCorrection,
         moved: &FarAxisOutput,
     ) -> coaxle_far_axis_state {

@@ -2,7 +2,7 @@
 //! docs/OPCUA.md is its manual.
 //!
 //! * [`part`]: the objects of a node and their variables, from the table of its rows; [`rows`]: their newest values.
-//! * [`unit`]: units as codes of UNECE Recommendation 20.
+//! * [`mod@unit`]: units as codes of UNECE Recommendation 20.
 //! * [`method`]: the arguments of each command, from the schema of commands, and the order that a call makes;
 //!   [`outcome`]: the outputs of a call.
 //! * [`occurrence`]: changes of a status as events.

@@ -27,7 +27,7 @@
 //! ```
 //!
 //! A generated master may be shown later, by everybody alike: a [`FrameHistory`] has its motion between the received
-//! frames, a [`Presentation`] follows the delay that they state, and [`FarAxis::update`] takes both as the axis [`ShownLater`]. Where frames are missing, the [`PlannedMotion`]
+//! frames, a [`AxisPresentation`] follows the delay that they state, and [`FarAxis::update`] takes both as the axis [`ShownLater`]. Where frames are missing, the [`PlannedMotion`]
 //! that its node has promised takes their place.
 //!
 //! A far axis that is only measured is received in increments: an [`EncoderMaster`] calculates a
@@ -109,5 +109,5 @@ pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterSt
 pub use planned::{KnownMotion, PlanCoverage, PlannedAhead, PlannedMotion, ReceivedPlan};
 pub use prediction::LASTING;
 pub use presented::{
-    FrameHistory, NeededDelay, Presentation, PresentedNow, ShownLater, StatedDelay,
+    AxisPresentation, FrameDelay, FrameHistory, NeededDelay, PresentedNow, ShownLater,
 };

@@ -4,7 +4,6 @@ use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 
 use super::{FrameHistory, ShownLater};
-use crate::far_sync::FarCorrection;
 
 /// A delay that changes from frame to frame by no more than a cycle, and this part of the time between them, is slewed: a cascade
 /// and a delay that followers decide change as slowly. The axis follows it as slowly.
@@ -13,7 +12,7 @@ const SLEW: f64 = 1e-3;
 
 /// Newest frames of an axis, and the delay by which they are shown.
 #[derive(Clone, Debug)]
-pub struct Presentation {
+pub struct AxisPresentation {
     frames: FrameHistory,
     /// Count of the newest frame that was followed, and the delay that it states.
     newest: Option<(u64, Span)>,
@@ -25,7 +24,7 @@ pub struct Presentation {
 
 /// The newest frame of a cycle in which a delay is followed.
 #[derive(Clone, Copy, Debug)]
-pub struct StatedDelay {
+pub struct FrameDelay {
     /// The sender's cycle count of the frame.
     pub count: u64,
     /// The delay that it states; zero: its values are moved to now.
@@ -47,7 +46,7 @@ pub struct PresentedNow {
     pub was_shown: bool,
 }
 
-impl Presentation {
+impl AxisPresentation {
     /// Creates that of an axis without frames, of a sender with this cycle time.
     #[must_use]
     pub fn new(cycle: Span) -> Self {
@@ -71,8 +70,8 @@ impl Presentation {
     }
 
     /// Follows the delay that the newest frame states.
-    pub fn follow(&mut self, stated: &StatedDelay, now: &PresentedNow) {
-        let StatedDelay {
+    pub fn follow(&mut self, stated: &FrameDelay, now: &PresentedNow) {
+        let FrameDelay {
             count,
             delay,
             cycle,
@@ -102,8 +101,8 @@ impl Presentation {
     }
 
     /// True if a delay is not the one of the frame before, nor slewed since.
-    fn is_another_delay(&self, stated: &StatedDelay) -> bool {
-        let StatedDelay {
+    fn is_another_delay(&self, stated: &FrameDelay) -> bool {
+        let FrameDelay {
             count,
             delay,
             cycle,
@@ -130,11 +129,11 @@ impl Presentation {
         })
     }
 
-    /// True if the instant that is shown lies before the newest frame: a silence since then takes nothing away.
+    /// True if the instant that is shown lies before the newest frame, whose age is none while the clock is unknown: a silence since
+    /// then takes nothing away.
     #[must_use]
-    pub fn covers(&self, correction: &FarCorrection) -> bool {
-        let known = correction.of_clock();
-        self.is_in_force() && known.is_some_and(|Seconds(age)| age <= self.lag.0)
+    pub fn covers(&self, age: Option<Seconds>) -> bool {
+        self.is_in_force() && age.is_some_and(|age| age <= self.lag)
     }
 
     /// True if the frames are to be shown later.
@@ -162,8 +161,8 @@ mod tests {
 
     const CYCLE: Span = Span::from_millis(1);
 
-    fn stated(delay: Span) -> StatedDelay {
-        StatedDelay {
+    fn stated(delay: Span) -> FrameDelay {
+        FrameDelay {
             count: 0,
             delay,
             cycle: CYCLE,
@@ -181,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_delay_is_adopted_at_once_and_small_changes_are_slewed() {
-        let mut presented = Presentation::new(CYCLE);
+        let mut presented = AxisPresentation::new(CYCLE);
         assert!(presented.later().is_none());
         let mut follow = |micros| {
             presented.follow(&stated(Span::from_micros(micros)), &now(100e-6));
@@ -203,7 +202,7 @@ mod tests {
     /// Swarm 81667: back from another mode, an axis took 0.33 s to come to the delay of its master, and was that much off until then.
     #[test]
     fn what_was_not_shown_is_not_slewed() {
-        let mut presented = Presentation::new(CYCLE);
+        let mut presented = AxisPresentation::new(CYCLE);
         presented.follow(&stated(Span::from_micros(20_000)), &now(0.0));
         let elsewhere = PresentedNow {
             was_shown: false,
@@ -216,11 +215,11 @@ mod tests {
     /// While a delay of seconds is slewed, the frames that are shown are more than a cycle behind what the newest states.
     #[test]
     fn a_long_delay_is_slewed_by_more_than_a_cycle() {
-        let mut presented = Presentation::new(CYCLE);
+        let mut presented = AxisPresentation::new(CYCLE);
         let begin = Span::from_millis(3_000);
         for count in 0..20_000 {
             let slewed = Span::from_nanos(900 * i64::from(count).min(10_000));
-            let stated = StatedDelay {
+            let stated = FrameDelay {
                 count: count.try_into().unwrap(),
                 ..stated(begin + slewed)
             };
@@ -248,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_hold_back_beyond_the_delay_leaves_no_lag() {
-        let mut presented = Presentation::new(CYCLE);
+        let mut presented = AxisPresentation::new(CYCLE);
         for (held, is_later) in [(0.0, true), (19e-3, true), (20e-3, false), (30e-3, false)] {
             let stated = stated(Span::from_millis(20));
             presented.follow(&stated, &now(held));

@@ -3,14 +3,14 @@
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::{FrameHeader, PresentAfter};
-use coaxle_remote::{FarCorrection, Presentation, PresentedNow, ShownLater, StatedDelay};
+use coaxle_remote::{AxisPresentation, FarCorrection, FrameDelay, PresentedNow, ShownLater};
 
 use super::{Axis, AxisScan};
 
 /// Presentation of an axis, and what its cycles showed.
 #[derive(Debug)]
 pub(super) struct Presented {
-    presentation: Presentation,
+    presentation: AxisPresentation,
     /// True if the newest cycle showed values between two frames.
     pub(super) is_interpolated: bool,
     /// Own cycles in which the frame that was needed had not arrived.
@@ -20,7 +20,7 @@ pub(super) struct Presented {
 impl Presented {
     pub(super) fn new(cycle: CycleTime) -> Self {
         Self {
-            presentation: Presentation::new(cycle.span()),
+            presentation: AxisPresentation::new(cycle.span()),
             is_interpolated: false,
             extrapolated: 0,
         }
@@ -65,7 +65,7 @@ impl Axis {
     /// True if the frames that are shown have arrived, although they are shown later.
     pub(in super::super) fn covers(&self, correction: &FarCorrection) -> bool {
         let presented = self.presented.as_ref();
-        presented.is_some_and(|presented| presented.presentation.covers(correction))
+        presented.is_some_and(|presented| presented.presentation.covers(correction.of_clock()))
     }
 
     /// The time by which it is shown later, as its frames state; none where it is shown now whatever they state.
@@ -103,7 +103,7 @@ impl Axis {
             held: scan.held,
             was_shown: self.showed_later,
         };
-        let stated = StatedDelay {
+        let stated = FrameDelay {
             count: header.count,
             delay: delay_of(header.present_after),
             cycle: header.cycle_time.span(),

@@ -103,7 +103,7 @@ fn judge(trace: &Path) {
 
 /// A cycle of the receiver.
 #[derive(Debug)]
-struct Row {
+struct FollowedCycle {
     /// Its ideal start, ns.
     time: i64,
     synced: bool,
@@ -111,7 +111,7 @@ struct Row {
     velocity: f64,
 }
 
-fn rows(trace: &Path) -> Vec<Row> {
+fn rows(trace: &Path) -> Vec<FollowedCycle> {
     let text = std::fs::read_to_string(trace).expect("a trace");
     let mut lines = text.lines();
     let head: Vec<_> = lines.next().unwrap_or_default().split(',').collect();
@@ -130,7 +130,7 @@ fn rows(trace: &Path) -> Vec<Row> {
     let row = |line: &str| {
         let cells: Vec<_> = line.split(',').collect();
         let [time, synced, position, velocity] = places.map(|place| cells.get(place).copied());
-        Some(Row {
+        Some(FollowedCycle {
             time: time?.parse().ok()?,
             synced: synced? == "1" || synced? == "true",
             position: position?.parse().ok()?,
