@@ -1214,8 +1214,10 @@ int32_t coaxle_far_axis_new(const struct coaxle_far_axis_parameters *parameters,
 // Frees a far axis; `NULL` is left alone.
 void coaxle_far_axis_free(coaxle_far_axis *axis);
 
-// Takes the sample of a frame. An older one than the newest counts for an axis that is shown later alone.
-int32_t coaxle_far_axis_sample(coaxle_far_axis *axis, const struct coaxle_far_sample *sample);
+// Takes the sample of a frame. An older one than the newest counts for an axis that is shown later alone. Before the first one of
+// another run of the node (another epoch) call `coaxle_far_axis_restart`.
+int32_t coaxle_far_axis_sample(coaxle_far_axis *axis,
+                               const struct coaxle_far_sample *sample);
 
 // Takes a plan of its node, which is used where samples are missing, once a sample has confirmed it and its renewals have reached far
 // enough for a second. An older one than the newest is left out.

@@ -99,7 +99,8 @@ pub unsafe extern "C" fn coaxle_far_axis_free(axis: *mut coaxle_far_axis) {
     unsafe { free(axis) }
 }
 
-/// Takes the sample of a frame. An older one than the newest counts for an axis that is shown later alone.
+/// Takes the sample of a frame. An older one than the newest counts for an axis that is shown later alone. Before the first one of
+/// another run of the node (another epoch) call `coaxle_far_axis_restart`.
 ///
 /// # Safety
 /// The rules of the header.
