@@ -213,26 +213,27 @@ fn is_beside(piece: &MotionPiece, instant: Span, state: &Kinematics) -> bool {
 /// Time for which the promise has to reach the instant shown without a break before the plan is used: several renewals.
 // Where a lead is hardly longer than the way, each plan reaches it for a part of the time, and the axis would change between plan
 // and prediction: `presented/now` was off by 2.9 mm instead of 2.3, and was brought back 20 times.
-const COVERED: Span = Span::from_secs(1);
+const COVERED_NS: u32 = 1_000_000_000;
 
-/// Time for which the promises of a node have reached the instant shown without a break.
+/// Time for which the promises of a node have reached the instant shown without a break, ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PlanCoverage(Span);
+pub struct PlanCoverage(u32);
 
 impl PlanCoverage {
     /// Returns it a cycle later, `passed` after the one before: `reaches` is true if the promise reaches the instant shown.
     #[must_use]
     pub fn after(self, passed: Span, reaches: bool) -> Self {
+        let passed = u32::try_from(passed.as_nanos()).unwrap_or(u32::MAX);
         match reaches {
-            true => Self((self.0 + passed).min(COVERED)),
+            true => Self(self.0.saturating_add(passed).min(COVERED_NS)),
             false => Self::default(),
         }
     }
 
     /// True if the plan is to be used.
     #[must_use]
-    pub fn suffices(self) -> bool {
-        self.0 >= COVERED
+    pub const fn suffices(self) -> bool {
+        self.0 >= COVERED_NS
     }
 }
 

@@ -94,7 +94,17 @@ impl HalFolder {
         chown(folder.path(), Some(NOBODY), Some(NOBODY)).expect("root may do so");
         // A test that has failed has ended its threads, too.
         let _turn = HAL.lock().unwrap_or_else(PoisonError::into_inner);
+        Self::unload();
         Some(Self { folder, _turn })
+    }
+
+    /// Ends threads that a test has left because it was ended itself: there may be one LinuxCNC at a time.
+    fn unload() {
+        let script = format!(
+            "for _ in 1 2 3 4 5 6 7 8 9; do pkill -U {NOBODY} -x rtapi_app || break; sleep 0.3; done"
+        );
+        // A machine without `pkill` has nothing left, or says so: "Realtime already running".
+        let _ = output(Command::new("sh").args(["-c", &script]));
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -145,6 +155,12 @@ impl HalFolder {
         run.args(["--mount", "sh", "-c", &script, "sh", command]);
         run.current_dir(self.path());
         run
+    }
+}
+
+impl Drop for HalFolder {
+    fn drop(&mut self) {
+        Self::unload();
     }
 }
 
