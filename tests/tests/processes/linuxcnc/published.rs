@@ -28,7 +28,7 @@ fn a_position_of_hal_leads_axes_of_other_pcs() {
     );
     let threads = folder.threads("publish.hal");
     // It waits for the threads, whose sampler has to be there.
-    let mut sampler = folder.as_nobody("sh");
+    let mut sampler = folder.beside_as_nobody("sh");
     sampler.args([
         "-c",
         "until halcmd show comp sampler | grep -q ready; do sleep 0.1; done; exec stdbuf -oL halsampler -t",
@@ -111,7 +111,7 @@ fn judge(trace: &Path) {
             off.len()
         );
         assert!(
-            median < 1e-3 && nearly_all < 0.05,
+            median < 0.02 && nearly_all < 0.08,
             "{what}: {median} mm, {nearly_all} mm"
         );
     }

@@ -142,6 +142,22 @@ impl HalFolder {
         Process::start("halrun", &mut run, &self.file("halrun.log"))
     }
 
+    /// A command of the same user that loads no modules.
+    pub(crate) fn beside_as_nobody(&self, command: &str) -> Command {
+        let mut run = Command::new("setpriv");
+        let user = NOBODY.to_string();
+        run.args([
+            "--reuid",
+            &user,
+            "--regid",
+            &user,
+            "--clear-groups",
+            command,
+        ]);
+        run.env("HOME", self.path()).current_dir(self.path());
+        run
+    }
+
     /// A command of an ordinary user with a home, whose modules of LinuxCNC are those of the machine and the components.
     pub(crate) fn as_nobody(&self, command: &str) -> Command {
         let folder = self.path().display();
