@@ -333,9 +333,9 @@ const LOCK_REGRESSIONS: &[(u64, &str)] = &[
 
 /// Seeds of every test run.
 // The soaks of `.ci/run` go on from the end of this range and of the next one, so that none runs twice.
-const FEW: Range<u64> = 0..100;
+const FEW: Range<u64> = 0..60;
 /// Seeds of swarm schedules of every test run: a second each.
-const FEW_OF_SWARM: Range<u64> = 0..8;
+const FEW_OF_SWARM: Range<u64> = 0..4;
 
 #[test]
 fn some_random_schedules() {
