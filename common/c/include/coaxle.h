@@ -273,6 +273,15 @@ typedef struct coaxle_drive_node coaxle_drive_node;
 // By the correction of a far clock; the start-up mode bridges until that is sure.
 #define COAXLE_MODE_OBSERVER 5
 
+// Set values are those of the master.
+#define COAXLE_FOLLOWING 0
+
+// Without a master: the axis is braked, or at rest.
+#define COAXLE_BRAKING 1
+
+// The axis is brought back to its master.
+#define COAXLE_REJOINING 2
+
 // An age limit that is left to the library: 7 own cycles; in mode observer as many as 100 ms take, and 7 of the far node.
 #define COAXLE_AGE_BY_DEFAULT UINT32_MAX
 
@@ -699,6 +708,11 @@ typedef struct coaxle_far_axis_parameters {
   double t1_factor_velo;
   // Time over which a change of mode is blended, s (`fBlendingTime`).
   double blending_time_s;
+  // Other than 0: without steps. An axis whose node is silent is braked, and is brought back along a curve when that returns, restarts
+  // or is shown by another delay. 0: as `FB_AxisSync`, which blends changes of the mode and jumps to what it receives after a silence.
+  uint32_t is_continuous;
+  // 0.
+  uint32_t reserved;
 } coaxle_far_axis_parameters;
 
 // Sample of a far axis in a frame.
@@ -721,9 +735,9 @@ typedef struct coaxle_far_sample {
 
 // A piece of a planned motion, with constant jerk. It does not grow.
 typedef struct coaxle_motion_piece {
-  // Its begin, ns of the node's run: cycle count times cycle time.
+  // Begin of the piece, ns of the node's run: cycle count times cycle time.
   int64_t start_ns;
-  // Its duration, ns, above 0.
+  // Duration of the piece, ns, above 0.
   int64_t duration_ns;
   // Position at its begin, u.
   double position;
@@ -747,11 +761,11 @@ typedef struct coaxle_plan {
   int64_t promised_until_ns;
   // Largest velocity of the axis, u/s.
   double max_velocity;
-  // Its largest acceleration, u/s².
+  // Largest acceleration of the axis, u/s².
   double max_acceleration;
-  // Its largest deceleration, u/s².
+  // Largest deceleration of the axis, u/s².
   double max_deceleration;
-  // Its largest jerk, u/s³.
+  // Largest jerk of the axis, u/s³.
   double max_jerk;
   // The pieces, one after the other without a gap or a jump.
   struct coaxle_motion_piece pieces[COAXLE_MOST_PIECES];
@@ -795,6 +809,10 @@ typedef struct coaxle_far_axis_state {
   double position_diff;
   // Received minus calculated velocity, u/s (`fVeloDiff`).
   double velocity_diff;
+  // `COAXLE_FOLLOWING`, `COAXLE_BRAKING` or `COAXLE_REJOINING`, of an axis without steps.
+  uint32_t continuity;
+  // 0.
+  uint32_t reserved;
 } coaxle_far_axis_state;
 
 // A position that a planned axis comes to. It does not grow.

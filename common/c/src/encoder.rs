@@ -4,7 +4,7 @@ use ::coaxle_axis::TravelDirection;
 use coaxle_clock::Seconds;
 use coaxle_remote::{EncoderMaster, EncoderOutput, EncoderParameters, EncoderSample, Smoothing};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, wrong_parameter};
 use crate::handle::{HandleHead, call, free, handle, make, plain};
 use crate::memory::{check_if_any, finite, growing, read, readable, writable, write, write_if_any};
 use crate::phase::cycle_time;
@@ -141,8 +141,7 @@ pub unsafe extern "C" fn coaxle_encoder_new(
             let given = read(parameters)?;
             let cycle = cycle_time(given.cycle_time_ns)?;
             let checked = given.taken()?.checked(cycle.span());
-            let checked =
-                checked.map_err(|wrong| Failure::of_nc(wrong.error().code().into(), wrong))?;
+            let checked = checked.map_err(wrong_parameter)?;
             Ok(coaxle_encoder {
                 head: HandleHead::new::<coaxle_encoder>(),
                 master: EncoderMaster::new(&checked),

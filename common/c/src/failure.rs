@@ -3,6 +3,8 @@
 use core::ffi::c_char;
 use core::fmt::{self, Write as _};
 
+use coaxle_clock::time_sync::WrongParameter;
+
 /// Success.
 pub const COAXLE_OK: i32 = 0;
 /// A pointer is null where one is needed.
@@ -61,6 +63,11 @@ impl Failure {
         let sentence = format_args!("{field}: received {received}, expected {expected}");
         Self::new(COAXLE_RANGE, sentence)
     }
+}
+
+/// A parameter that a block of TS5066, or of ours beside them, refuses.
+pub(crate) fn wrong_parameter(wrong: WrongParameter) -> Failure {
+    Failure::of_nc(wrong.error().code().into(), wrong)
 }
 
 /// A sentence in place, ended by a 0.

@@ -4,13 +4,15 @@ use ::coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::{CycleIndex, CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_remote::{
-    AxisPresentation, FarAxis, FarAxisOutput, FarCorrection, FarSync, FilterMode, FrameDelay,
-    KnownMotion, PlanCoverage, PlannedAhead, PlannedMotion, PresentedNow, ReceivedPlan,
+    AxisPresentation, Continuity, ContinuityState, FarAxis, FarAxisOutput, FarCorrection, FarSync,
+    FilterMode, FilterState, FrameDelay, KnownMotion, MasterCycle, PlanCoverage, PlannedAhead,
+    PlannedMotion, PresentedNow, Reach, ReceivedPlan, ShownChange,
 };
 
-use crate::failure::{COAXLE_NOT_THERE, COAXLE_REJECTED, Failure};
+use crate::failure::{COAXLE_NOT_THERE, COAXLE_REJECTED, Failure, wrong_parameter};
 use crate::far_axis_structs::{
-    coaxle_awaited_position, coaxle_far_axis_parameters, coaxle_far_axis_state, coaxle_far_sample,
+    COAXLE_BRAKING, COAXLE_FOLLOWING, COAXLE_REJOINING, coaxle_awaited_position,
+    coaxle_far_axis_parameters, coaxle_far_axis_state, coaxle_far_sample,
 };
 use crate::handle::{HandleHead, call, free, handle, make, plain};
 use crate::memory::{check_if_any, finite, read, readable, writable, write, write_if_any};
@@ -21,8 +23,7 @@ use crate::wire::present_after;
 /// A far axis made local: samples by the far cycle in, set values for the own cycle out, by the modes of TS5066 or a far clock.
 ///
 /// Each cycle: `coaxle_far_axis_sample` and `coaxle_far_axis_plan` for what has arrived, then `coaxle_far_axis_cycle`. Its set values
-/// are those of `FB_AxisSync`: an axis whose node falls silent stands, or is extrapolated, until the age limit. A whole receiver also
-/// brakes it then, and brings it back.
+/// are those of `FB_AxisSync`, and without steps if `is_continuous`.
 #[repr(C)]
 #[derive(Debug)]
 pub struct coaxle_far_axis {
@@ -37,11 +38,15 @@ pub struct coaxle_far_axis {
     axis: FarAxis,
     newest: Option<NewestSample>,
     presentation: AxisPresentation,
-    /// True if the newest cycle showed the frames later.
-    showed_later: bool,
     plan: PlannedMotion,
     coverage: PlanCoverage,
     contradictions: u32,
+    /// None for an axis as `FB_AxisSync` has it.
+    continuity: Option<Continuity>,
+    /// Largest motion of the samples.
+    reach: Reach,
+    /// True if samples had been missing for too long in the newest cycle.
+    was_lost: bool,
 }
 
 handle!(coaxle_far_axis, b"far axis");
@@ -234,10 +239,7 @@ impl coaxle_far_axis {
         let cycle = cycle_time(given.cycle_time_ns)?;
         let data_cycle = given.data_cycle_time(cycle)?;
         let parameters = given.checked(data_cycle)?;
-        let wrong = |wrong: coaxle_clock::time_sync::WrongParameter| {
-            Failure::of_nc(wrong.error().code().into(), wrong)
-        };
-        let sync = FarSync::start(cycle.span(), &parameters).map_err(wrong)?;
+        let sync = FarSync::start(cycle.span(), &parameters).map_err(wrong_parameter)?;
         Ok(Self {
             head: HandleHead::new::<Self>(),
             mode: given.mode()?,
@@ -245,13 +247,16 @@ impl coaxle_far_axis {
             data_cycle,
             fresh: sync.clone(),
             sync,
-            axis: FarAxis::start(cycle.span(), &parameters).map_err(wrong)?,
+            axis: FarAxis::start(cycle.span(), &parameters).map_err(wrong_parameter)?,
             newest: None,
             presentation: AxisPresentation::new(data_cycle),
-            showed_later: false,
             plan: PlannedMotion::default(),
             coverage: PlanCoverage::default(),
             contradictions: 0,
+            continuity: (given.is_continuous != 0)
+                .then(|| Continuity::new(cycle.span(), parameters.extrapolate.blending_time)),
+            reach: Reach::default(),
+            was_lost: false,
         })
     }
 
@@ -270,6 +275,7 @@ impl coaxle_far_axis {
         self.presentation
             .take(sample.count, &sample.set, sample.delay);
         if self.newest.is_none_or(|newest| sample.count > newest.count) {
+            self.see(&sample);
             self.newest = Some(sample);
         }
         if self.plan.check(sample.instant, &sample.set).is_err() {
@@ -297,6 +303,11 @@ impl coaxle_far_axis {
             false => correction,
         };
         self.present(&newest, &correction, elapsed);
+        let was_lost = core::mem::replace(&mut self.was_lost, correction.is_silent);
+        if was_lost && !self.was_lost && self.continuity.is_some() {
+            // The filters of the block hold values from before the loss.
+            self.axis.begin_anew();
+        }
         let known = KnownMotion {
             later: self.presentation.later(),
             planned: is_planned.then_some(PlannedAhead {
@@ -304,12 +315,63 @@ impl coaxle_far_axis {
                 newest: newest.instant,
             }),
         };
-        let moved = (self.axis).update(&newest.set, &correction, known, elapsed);
+        let mut moved = (self.axis).update(&newest.set, &correction, known, elapsed);
         if moved.re_initialised {
             // The block is a unit: its clock restarts with its axis.
             self.sync.restart(index);
         }
+        self.carry_on(&mut moved, elapsed);
         Ok(self.state(&newest, &correction, &moved))
+    }
+
+    /// Takes a sample as one of the master's motion.
+    fn see(&mut self, sample: &NewestSample) {
+        let Kinematics {
+            velocity,
+            acceleration,
+            ..
+        } = sample.set;
+        // The mean since the sample before: not all masters state their acceleration.
+        let rate = self.newest.map_or(0.0, |before| {
+            (velocity - before.set.velocity) / (sample.instant - before.instant).as_secs_f64()
+        });
+        let Reach {
+            velocity: fastest,
+            acceleration: hardest,
+        } = &mut self.reach;
+        *fastest = fastest.max(velocity.abs());
+        *hardest = hardest.max(acceleration.abs()).max(rate.abs());
+    }
+
+    /// The next set values are unrelated to the ones before.
+    fn rejoin(&mut self) {
+        match &mut self.continuity {
+            Some(continuity) => {
+                // On top of the way back a blend would be a straight line.
+                self.axis.begin_anew();
+                continuity.rejoin();
+            }
+            None => self.axis.carry_on(),
+        }
+    }
+
+    /// Takes the steps out of a cycle's set values, of an axis that is to have none.
+    fn carry_on(&mut self, moved: &mut FarAxisOutput, elapsed: u32) {
+        let Some(continuity) = &mut self.continuity else {
+            return;
+        };
+        let cycle = MasterCycle {
+            elapsed,
+            reach: self.reach,
+            shows_beats: moved.state == FilterState::Bypass,
+            newest: None,
+        };
+        moved.set = match self.was_lost {
+            true => continuity.brake(&cycle).unwrap_or(moved.set),
+            false => continuity.follow(&moved.set, &cycle),
+        };
+        // A clock in sync says nothing about an axis that is still on its way back.
+        moved.synced &= continuity.state() == ContinuityState::Following;
     }
 
     /// True if the plan is to be used: its promise has reached the instant shown for long enough.
@@ -320,10 +382,8 @@ impl coaxle_far_axis {
         self.coverage.suffices()
     }
 
-    /// Follows the delay that the frames state. Between values shown later and values moved to now lies the whole delay, over which a
-    /// blend would be a straight line.
+    /// Follows the delay that the frames state.
     fn present(&mut self, newest: &NewestSample, correction: &FarCorrection, elapsed: u32) {
-        let age = correction.time(correction.mode);
         let stated = FrameDelay {
             count: newest.count,
             delay: newest.delay,
@@ -331,14 +391,11 @@ impl coaxle_far_axis {
         };
         let now = PresentedNow {
             passed: self.passed(elapsed),
-            age,
+            age: correction.time(correction.mode),
             held: Seconds::ZERO,
-            was_shown: self.showed_later,
         };
-        self.presentation.follow(&stated, &now);
-        let shows = self.presentation.is_in_force() && age.is_some();
-        if core::mem::replace(&mut self.showed_later, shows) != shows {
-            self.axis.begin_anew();
+        if self.presentation.follow(&stated, &now) != ShownChange::None {
+            self.rejoin();
         }
     }
 
@@ -368,11 +425,16 @@ impl coaxle_far_axis {
                 .map_or(0, |warning| warning.code().into()),
             beats: correction.time_sync.beats,
             plan_contradictions: self.contradictions,
-            shown_later_s: match self.showed_later {
+            shown_later_s: match self.presentation.is_shown() {
                 true => self.presentation.lag().0,
                 false => 0.0,
             },
             promised_ahead_s: ahead,
+            continuity: match self.continuity.as_ref().map(Continuity::state) {
+                None | Some(ContinuityState::Following) => COAXLE_FOLLOWING,
+                Some(ContinuityState::Braking) => COAXLE_BRAKING,
+                Some(ContinuityState::Rejoining) => COAXLE_REJOINING,
+            },
             ..coaxle_far_axis_state::of(moved)
         }
     }
@@ -380,6 +442,7 @@ impl coaxle_far_axis {
     fn restart(&mut self) {
         self.sync = self.fresh.clone();
         self.axis.re_initialise();
+        self.rejoin();
         self.newest = None;
         self.presentation.clear();
         self.plan.clear();

@@ -26,6 +26,13 @@ pub const COAXLE_MODE_TIME: u32 = 4;
 /// By the correction of a far clock; the start-up mode bridges until that is sure.
 pub const COAXLE_MODE_OBSERVER: u32 = 5;
 
+/// Set values are those of the master.
+pub const COAXLE_FOLLOWING: u32 = 0;
+/// Without a master: the axis is braked, or at rest.
+pub const COAXLE_BRAKING: u32 = 1;
+/// The axis is brought back to its master.
+pub const COAXLE_REJOINING: u32 = 2;
+
 /// An age limit that is left to the library: 7 own cycles; in mode observer as many as 100 ms take, and 7 of the far node.
 pub const COAXLE_AGE_BY_DEFAULT: u32 = u32::MAX;
 
@@ -79,6 +86,11 @@ pub struct coaxle_far_axis_parameters {
     pub t1_factor_velo: f64,
     /// Time over which a change of mode is blended, s (`fBlendingTime`).
     pub blending_time_s: f64,
+    /// Other than 0: without steps. An axis whose node is silent is braked, and is brought back along a curve when that returns, restarts
+    /// or is shown by another delay. 0: as `FB_AxisSync`, which blends changes of the mode and jumps to what it receives after a silence.
+    pub is_continuous: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// Sample of a far axis in a frame.
@@ -141,6 +153,10 @@ pub struct coaxle_far_axis_state {
     pub position_diff: f64,
     /// Received minus calculated velocity, u/s (`fVeloDiff`).
     pub velocity_diff: f64,
+    /// `COAXLE_FOLLOWING`, `COAXLE_BRAKING` or `COAXLE_REJOINING`, of an axis without steps.
+    pub continuity: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// A position that a planned axis comes to. It does not grow.
@@ -197,6 +213,8 @@ impl coaxle_far_axis_parameters {
             t1_factor_pos: extrapolate.t1_factor_pos,
             t1_factor_velo: extrapolate.t1_factor_velo,
             blending_time_s: extrapolate.blending_time.0,
+            is_continuous: 1,
+            reserved: 0,
         }
     }
 
@@ -326,6 +344,8 @@ impl coaxle_far_axis_state {
             promised_ahead_s: f64::NAN,
             position_diff: moved.diagnostic.position_diff,
             velocity_diff: moved.diagnostic.velocity_diff,
+            continuity: COAXLE_FOLLOWING,
+            reserved: 0,
         }
     }
 }

@@ -7,7 +7,7 @@ use coaxle_clock::observer::{ObserverParameters, ObserverState};
 use coaxle_clock::{Instant, Seconds, Span};
 
 use crate::common_time::coaxle_common_time;
-use crate::failure::{COAXLE_NOT_THERE, Failure};
+use crate::failure::{COAXLE_NOT_THERE, Failure, wrong_parameter};
 use crate::handle::{HandleHead, call, free, handle, make};
 use crate::memory::{check_if_any, growing, read, readable, writable, write, write_if_any};
 use crate::phase::{coaxle_far_phase, cycle_time};
@@ -155,7 +155,7 @@ pub unsafe extern "C" fn coaxle_far_clock_new(
                     head: HandleHead::new::<coaxle_far_clock>(),
                     clock,
                 })
-                .map_err(|wrong| Failure::of_nc(wrong.error().code().into(), wrong))
+                .map_err(wrong_parameter)
         })
     }
 }

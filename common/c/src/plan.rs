@@ -9,7 +9,7 @@ use coaxle_wire::plan::{AxisPlan, MAX_PLANS, PLANS_CAPACITY, encode_plans};
 use crate::failure::{COAXLE_REJECTED, Failure};
 use crate::handle::call;
 use crate::memory::{readable_array, writable, writable_array};
-use crate::wire::{COAXLE_MOST_BYTES, coaxle_key, pass_out, rejected};
+use crate::wire::{COAXLE_MOST_BYTES, coaxle_key, rejected, sealed};
 
 /// Greatest number of pieces of a plan.
 pub const COAXLE_MOST_PIECES: usize = 8;
@@ -21,11 +21,11 @@ const _: () = assert!(PLANS_CAPACITY + 15 <= COAXLE_MOST_BYTES);
 
 /// A piece of a planned motion, with constant jerk. It does not grow.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct coaxle_motion_piece {
-    /// Its begin, ns of the node's run: cycle count times cycle time.
+    /// Begin of the piece, ns of the node's run: cycle count times cycle time.
     pub start_ns: i64,
-    /// Its duration, ns, above 0.
+    /// Duration of the piece, ns, above 0.
     pub duration_ns: i64,
     /// Position at its begin, u.
     pub position: f64,
@@ -51,11 +51,11 @@ pub struct coaxle_plan {
     pub promised_until_ns: i64,
     /// Largest velocity of the axis, u/s.
     pub max_velocity: f64,
-    /// Its largest acceleration, u/s².
+    /// Largest acceleration of the axis, u/s².
     pub max_acceleration: f64,
-    /// Its largest deceleration, u/s².
+    /// Largest deceleration of the axis, u/s².
     pub max_deceleration: f64,
-    /// Its largest jerk, u/s³.
+    /// Largest jerk of the axis, u/s³.
     pub max_jerk: f64,
     /// The pieces, one after the other without a gap or a jump.
     pub pieces: [coaxle_motion_piece; COAXLE_MOST_PIECES],
@@ -87,27 +87,26 @@ pub unsafe extern "C" fn coaxle_plans_encode(
             if !(1..=MAX_PLANS).contains(&plans.len()) {
                 return Err(Failure::range("number", plans.len(), "1 to 8 plans"));
             }
-            let mut checked = [const { None }; MAX_PLANS];
-            for (place, plan) in checked.iter_mut().zip(plans) {
-                *place = Some(AxisPlan {
-                    axis_id: plan.axis_id,
-                    plan: plan.checked()?,
-                });
-            }
-            let first = checked[0].expect("there is one");
-            let mut taken = [first; MAX_PLANS];
-            for (place, plan) in taken.iter_mut().zip(checked.iter().flatten()) {
-                *place = *plan;
+            let count = plans[0].count;
+            let mut taken = [plans[0].of_axis()?; MAX_PLANS];
+            for (place, plan) in taken.iter_mut().zip(plans).skip(1) {
+                if plan.count != count {
+                    return Err(Failure::range(
+                        "count",
+                        plan.count,
+                        format_args!("{count}, that of all plans of a message"),
+                    ));
+                }
+                *place = plan.of_axis()?;
             }
             let header = RunCycle {
                 sender,
                 epoch,
-                count: plans[0].count,
+                count,
             };
             let mut body = [0; PLANS_CAPACITY];
             let written = encode_plans(&header, &taken[..plans.len()], &mut body);
-            (key.seal).seal(&body[..written], None, &mut key.message);
-            pass_out(&key.message, bytes, capacity, length)
+            sealed(key, &body[..written], None, bytes, capacity, length)
         })
     }
 }
@@ -159,17 +158,9 @@ pub unsafe extern "C" fn coaxle_plans_decode(
 }
 
 impl coaxle_plan {
-    /// Makes it of a plan, without the count of its message.
+    /// Converts a plan, without the count of its message.
     fn of(axis_id: u32, plan: &MotionPlan) -> Self {
-        const NONE: coaxle_motion_piece = coaxle_motion_piece {
-            start_ns: 0,
-            duration_ns: 0,
-            position: 0.0,
-            velocity: 0.0,
-            acceleration: 0.0,
-            jerk: 0.0,
-        };
-        let mut pieces = [NONE; MOST_PIECES];
+        let mut pieces = [coaxle_motion_piece::default(); MOST_PIECES];
         for (place, piece) in pieces.iter_mut().zip(plan.pieces()) {
             *place = coaxle_motion_piece::of(piece);
         }
@@ -186,6 +177,13 @@ impl coaxle_plan {
             max_jerk: limits.jerk(),
             pieces,
         }
+    }
+
+    fn of_axis(&self) -> Result<AxisPlan, Failure> {
+        Ok(AxisPlan {
+            axis_id: self.axis_id,
+            plan: self.checked()?,
+        })
     }
 
     pub(crate) fn checked(&self) -> Result<MotionPlan, Failure> {

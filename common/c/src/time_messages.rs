@@ -12,7 +12,7 @@ use crate::far_clock::coaxle_time_response;
 use crate::handle::call;
 use crate::memory::{read, readable_array, writable, writable_array};
 use crate::phase::cycle_time;
-use crate::wire::{COAXLE_MOST_BYTES, coaxle_frame_header, coaxle_key, pass_out, rejected};
+use crate::wire::{COAXLE_MOST_BYTES, coaxle_frame_header, coaxle_key, rejected, sealed};
 
 const _: () = assert!(TIME_RESPONSES_CAPACITY + 15 <= COAXLE_MOST_BYTES);
 
@@ -169,23 +169,6 @@ pub unsafe extern "C" fn coaxle_time_responses_decode(
             Ok(())
         })
     }
-}
-
-/// Seals a body and copies the message to the caller.
-///
-/// # Safety
-/// As for [`pass_out`].
-unsafe fn sealed(
-    key: &mut coaxle_key,
-    body: &[u8],
-    stamp: Option<Span>,
-    bytes: *mut u8,
-    capacity: usize,
-    length: *mut usize,
-) -> Result<(), Failure> {
-    (key.seal).seal(body, stamp, &mut key.message);
-    // SAFETY: as for this function.
-    unsafe { pass_out(&key.message, bytes, capacity, length) }
 }
 
 impl coaxle_time_request {

@@ -189,6 +189,23 @@ pub unsafe extern "C" fn coaxle_frame_decode(
     }
 }
 
+/// Seals a body and copies the message to the caller.
+///
+/// # Safety
+/// As for [`pass_out`].
+pub(crate) unsafe fn sealed(
+    key: &mut coaxle_key,
+    body: &[u8],
+    stamp: Option<Span>,
+    bytes: *mut u8,
+    capacity: usize,
+    length: *mut usize,
+) -> Result<(), Failure> {
+    (key.seal).seal(body, stamp, &mut key.message);
+    // SAFETY: as for this function.
+    unsafe { pass_out(&key.message, bytes, capacity, length) }
+}
+
 /// Copies a message to the caller.
 ///
 /// # Safety

@@ -109,5 +109,5 @@ pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterSt
 pub use planned::{KnownMotion, PlanCoverage, PlannedAhead, PlannedMotion, ReceivedPlan};
 pub use prediction::LASTING;
 pub use presented::{
-    AxisPresentation, FrameDelay, FrameHistory, NeededDelay, PresentedNow, ShownLater,
+    AxisPresentation, FrameDelay, FrameHistory, NeededDelay, PresentedNow, ShownChange, ShownLater,
 };

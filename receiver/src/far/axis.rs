@@ -41,8 +41,6 @@ pub(super) struct Axis {
     encoder: Option<Box<Encoder>>,
     /// Frames, if they may be shown later: not those of an axis that is only measured, or shown now on purpose.
     presented: Option<Box<Presented>>,
-    /// True if the newest cycle showed them later.
-    showed_later: bool,
     plan: PlanUse,
     /// True if the axis or its node was silent for too long in the newest cycle.
     is_lost: bool,
@@ -123,7 +121,6 @@ impl Axis {
             encoder: encoder.transpose()?,
             presented: (far.present == Present::Auto && config.encoder.is_none())
                 .then(|| Box::new(Presented::new(cycle_time))),
-            showed_later: false,
             plan: PlanUse::default(),
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,

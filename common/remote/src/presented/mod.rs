@@ -15,7 +15,7 @@ mod presentation;
 
 pub use history::FrameHistory;
 pub use needed_delay::NeededDelay;
-pub use presentation::{AxisPresentation, FrameDelay, PresentedNow};
+pub use presentation::{AxisPresentation, FrameDelay, PresentedNow, ShownChange};
 
 use coaxle_clock::Seconds;
 

@@ -20,6 +20,8 @@ pub struct AxisPresentation {
     by: Span,
     /// Part of it by which the axis is evaluated later, in the far clock's time: the slaves are held back by the rest.
     lag: Seconds,
+    /// True if the newest cycle showed values by a delay.
+    is_shown: bool,
 }
 
 /// The newest frame of a cycle in which a delay is followed.
@@ -42,8 +44,17 @@ pub struct PresentedNow {
     pub age: Option<Seconds>,
     /// Hold-back: the part of the delay that slaves wait for.
     pub held: Seconds,
-    /// True if the cycle before showed values by a delay.
-    pub was_shown: bool,
+}
+
+/// Change of the instant that is shown, beyond what passes and is slewed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShownChange {
+    /// The values go on.
+    None,
+    /// They are shown by another delay.
+    AnotherDelay,
+    /// They are shown later, and were moved to now before; or the other way.
+    LaterOrNow,
 }
 
 impl AxisPresentation {
@@ -55,6 +66,7 @@ impl AxisPresentation {
             newest: None,
             by: Span::ZERO,
             lag: Seconds::ZERO,
+            is_shown: false,
         }
     }
 
@@ -69,8 +81,8 @@ impl AxisPresentation {
         self.frames.take(count, set, delay);
     }
 
-    /// Follows the delay that the newest frame states.
-    pub fn follow(&mut self, stated: &FrameDelay, now: &PresentedNow) {
+    /// Follows the delay that the newest frame states, and returns what changes by that.
+    pub fn follow(&mut self, stated: &FrameDelay, now: &PresentedNow) -> ShownChange {
         let FrameDelay {
             count,
             delay,
@@ -88,7 +100,7 @@ impl AxisPresentation {
                 .age
                 .and_then(|Seconds(age)| self.frames.delay_at(self.lag.0 - age));
             let stated = stated.map_or(delay, Seconds::to_span);
-            let most = match now.was_shown {
+            let most = match self.is_shown {
                 true => Seconds(now.passed.as_secs_f64() * SLEW).to_span(),
                 // Nothing has been shown by the delay of before: another mode was in force, or the clock was unknown.
                 false => Span::MAX,
@@ -98,6 +110,12 @@ impl AxisPresentation {
         self.frames.prepare(self.by, cycle);
         // A hold-back beyond the delay would be a guess.
         self.lag = Seconds((self.by.as_secs_f64() - now.held.0).max(0.0));
+        let shows = self.is_in_force() && now.age.is_some();
+        match (core::mem::replace(&mut self.is_shown, shows), shows) {
+            (true, true) if is_another => ShownChange::AnotherDelay,
+            (before, now) if before != now => ShownChange::LaterOrNow,
+            _ => ShownChange::None,
+        }
     }
 
     /// True if a delay is not the one of the frame before, nor slewed since.
@@ -142,6 +160,12 @@ impl AxisPresentation {
         self.lag > Seconds::ZERO
     }
 
+    /// True if the newest cycle showed values by a delay: it is in force, and the clock was known.
+    #[must_use]
+    pub const fn is_shown(&self) -> bool {
+        self.is_shown
+    }
+
     /// Returns the delay in force; zero where the newest values are moved to now.
     #[must_use]
     pub const fn delay(&self) -> Span {
@@ -174,7 +198,6 @@ mod tests {
             passed: CYCLE,
             age: Some(Seconds::ZERO),
             held: Seconds(held),
-            was_shown: true,
         }
     }
 
@@ -203,13 +226,38 @@ mod tests {
     #[test]
     fn what_was_not_shown_is_not_slewed() {
         let mut presented = AxisPresentation::new(CYCLE);
-        presented.follow(&stated(Span::from_micros(20_000)), &now(0.0));
         let elsewhere = PresentedNow {
-            was_shown: false,
+            age: None,
             ..now(0.0)
         };
-        presented.follow(&stated(Span::from_micros(20_400)), &elsewhere);
+        presented.follow(&stated(Span::from_micros(20_000)), &elsewhere);
+        presented.follow(&stated(Span::from_micros(20_400)), &now(0.0));
         assert_eq!(presented.by, Span::from_micros(20_400));
+    }
+
+    #[test]
+    fn a_change_of_the_instant_that_is_shown_is_told() {
+        let mut presented = AxisPresentation::new(CYCLE);
+        let unknown = PresentedNow {
+            age: None,
+            ..now(0.0)
+        };
+        for (micros, now, expected) in [
+            (0, now(0.0), ShownChange::None),
+            (20_000, unknown, ShownChange::None),
+            (20_000, now(0.0), ShownChange::LaterOrNow),
+            // Slewed.
+            (20_400, now(0.0), ShownChange::None),
+            (35_000, now(0.0), ShownChange::AnotherDelay),
+            (35_000, unknown, ShownChange::LaterOrNow),
+            (50_000, unknown, ShownChange::None),
+            (50_000, now(0.0), ShownChange::LaterOrNow),
+            (0, now(0.0), ShownChange::LaterOrNow),
+        ] {
+            let change = presented.follow(&stated(Span::from_micros(micros)), &now);
+            assert_eq!(change, expected, "{micros}");
+            assert_eq!(presented.is_shown(), micros > 0 && now.age.is_some());
+        }
     }
 
     /// While a delay of seconds is slewed, the frames that are shown are more than a cycle behind what the newest states.

@@ -3,7 +3,9 @@
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::{FrameHeader, PresentAfter};
-use coaxle_remote::{AxisPresentation, FarCorrection, FrameDelay, PresentedNow, ShownLater};
+use coaxle_remote::{
+    AxisPresentation, FarCorrection, FrameDelay, PresentedNow, ShownChange, ShownLater,
+};
 
 use super::{Axis, AxisScan};
 
@@ -81,8 +83,8 @@ impl Axis {
 
     /// Lag of the axis; none where it is shown now.
     pub(in super::super) fn lag(&self) -> Option<Seconds> {
-        let presented = self.presented.as_ref().filter(|_| self.showed_later)?;
-        Some(presented.presentation.lag())
+        let presentation = &self.presented.as_ref()?.presentation;
+        presentation.is_shown().then(|| presentation.lag())
     }
 
     /// Adopts the presentation delay of the newest frame. Between values shown later and values as received lies the
@@ -96,21 +98,18 @@ impl Axis {
         let Some(presented) = &mut self.presented else {
             return;
         };
-        let age = correction.time(correction.mode);
         let now = PresentedNow {
             passed: self.cycle_time * i64::from(scan.elapsed),
-            age,
+            age: correction.time(correction.mode),
             held: scan.held,
-            was_shown: self.showed_later,
         };
         let stated = FrameDelay {
             count: header.count,
             delay: delay_of(header.present_after),
             cycle: header.cycle_time.span(),
         };
-        presented.presentation.follow(&stated, &now);
-        let shows = presented.is_in_force() && age.is_some();
-        if std::mem::replace(&mut self.showed_later, shows) != shows {
+        // Another delay is a step, from which the axis is brought back as from every other.
+        if presented.presentation.follow(&stated, &now) == ShownChange::LaterOrNow {
             self.begin_anew();
             self.rejoin();
         }

@@ -1,6 +1,8 @@
 //! A far axis through the interface is that of the Rust crate to the last bit, and goes by its plan where frames are missing.
 #![allow(missing_docs, unsafe_code)]
 
+mod interruptions;
+
 use core::ptr::{null, null_mut};
 use std::ffi::CString;
 
@@ -23,7 +25,8 @@ fn sized<T>() -> T {
     }
 }
 
-fn axis_of_mode(mode: u32) -> *mut coaxle_far_axis {
+/// An axis without steps in a mode; or as `FB_AxisSync` has it.
+fn axis_of_mode(mode: u32, is_continuous: bool) -> *mut coaxle_far_axis {
     let mut axis = null_mut();
     let mut parameters: coaxle_far_axis_parameters = sized();
     // SAFETY: the rules of the header.
@@ -31,6 +34,7 @@ fn axis_of_mode(mode: u32) -> *mut coaxle_far_axis {
         let code = coaxle_far_axis_parameters_init(&raw mut parameters, CYCLE_NS, 0);
         assert_eq!(code, COAXLE_OK);
         parameters.mode = mode;
+        parameters.is_continuous = is_continuous.into();
         let code = coaxle_far_axis_new(&raw const parameters, &raw mut axis);
         assert_eq!(code, COAXLE_OK);
     }
@@ -70,7 +74,7 @@ fn each_mode_is_that_of_the_crate() {
         (COAXLE_MODE_OBSERVER, FilterMode::Observer),
     ];
     for (mode, filter) in modes {
-        let axis = axis_of_mode(mode);
+        let axis = axis_of_mode(mode, false);
         let mut block = AxisSync::start(Span::from_millis(1), AxisSyncParameters::default())
             .expect("good parameters");
         let mut modes_in_force = [false; 6];
@@ -157,15 +161,7 @@ fn planned(t: f64) -> f64 {
 
 /// The plan as of a cycle: promised for three seconds.
 fn plan_of(count: u64) -> coaxle_plan {
-    let nothing = coaxle_motion_piece {
-        start_ns: 0,
-        duration_ns: 0,
-        position: 0.0,
-        velocity: 0.0,
-        acceleration: 0.0,
-        jerk: 0.0,
-    };
-    let mut pieces = [nothing; COAXLE_MOST_PIECES];
+    let mut pieces = [coaxle_motion_piece::default(); COAXLE_MOST_PIECES];
     pieces[0] = PLANNED;
     coaxle_plan {
         count,
@@ -186,44 +182,49 @@ fn received(plan: &coaxle_plan) -> coaxle_plan {
     let text = CString::new("coaxle/arm/plans").expect("no 0 in it");
     let mut bytes = vec![0; COAXLE_MOST_BYTES];
     let mut back = [plan_of(0)];
-    let (mut length, mut epoch, mut number, mut refused) = (0, 0, 0, 0);
     // SAFETY: the rules of the header.
     unsafe {
         assert_eq!(coaxle_key_new(text.as_ptr(), &raw mut key), COAXLE_OK);
-        let code = coaxle_plans_encode(
-            key,
-            7,
-            9,
-            plan,
-            1,
-            bytes.as_mut_ptr(),
-            bytes.len(),
-            &raw mut length,
-        );
+        let mut encode = |plans: &[coaxle_plan]| {
+            let (room, mut length) = (bytes.as_mut_ptr(), 0);
+            let (plans, number) = (plans.as_ptr(), plans.len());
+            let code = coaxle_plans_encode(
+                key,
+                7,
+                9,
+                plans,
+                number,
+                room,
+                COAXLE_MOST_BYTES,
+                &raw mut length,
+            );
+            (code, length)
+        };
+        let of_another_cycle = coaxle_plan {
+            count: plan.count + 1,
+            ..*plan
+        };
+        assert_eq!(encode(&[*plan, of_another_cycle]).0, COAXLE_RANGE);
+        assert_eq!(encode(&[]).0, COAXLE_RANGE);
+        let (code, length) = encode(core::slice::from_ref(plan));
         assert_eq!(code, COAXLE_OK);
-        let code = coaxle_plans_decode(
-            key,
-            bytes.as_ptr(),
-            length,
-            &raw mut epoch,
-            back.as_mut_ptr(),
-            1,
-            &raw mut number,
-            &raw mut refused,
-        );
-        assert_eq!((code, epoch, number, refused), (COAXLE_OK, 9, 1, 0));
+        let mut decode = |bytes: &[u8]| {
+            let (mut epoch, mut number, mut refused) = (0, 0, 0);
+            let code = coaxle_plans_decode(
+                key,
+                bytes.as_ptr(),
+                bytes.len(),
+                &raw mut epoch,
+                back.as_mut_ptr(),
+                1,
+                &raw mut number,
+                &raw mut refused,
+            );
+            (code, epoch, number, refused)
+        };
+        assert_eq!(decode(&bytes[..length]), (COAXLE_OK, 9, 1, 0));
         bytes[length / 2] ^= 1;
-        let code = coaxle_plans_decode(
-            key,
-            bytes.as_ptr(),
-            length,
-            &raw mut epoch,
-            back.as_mut_ptr(),
-            1,
-            &raw mut number,
-            &raw mut refused,
-        );
-        assert_eq!((code, number), (COAXLE_REJECTED, 0));
+        assert_eq!(decode(&bytes[..length]), (COAXLE_REJECTED, 0, 0, 0));
         coaxle_key_free(key);
     }
     back[0]
@@ -233,7 +234,7 @@ fn received(plan: &coaxle_plan) -> coaxle_plan {
 fn an_outage_is_bridged_by_the_plan_and_the_time_of_a_position_is_known() {
     // Shown now, and 20 ms later.
     for later_ns in [0, 20_000_000] {
-        let axis = axis_of_mode(COAXLE_MODE_OBSERVER);
+        let axis = axis_of_mode(COAXLE_MODE_OBSERVER, true);
         let later = later_ns as f64 * 1e-9;
         let sample = |count: u64| {
             let t = count as f64 * 1e-3;
@@ -310,7 +311,7 @@ fn the_time_of_a_position_is_known(axis: *mut coaxle_far_axis) {
 
 #[test]
 fn a_plan_that_is_none_is_refused_and_what_breaks_its_promise_too() {
-    let axis = axis_of_mode(COAXLE_MODE_OBSERVER);
+    let axis = axis_of_mode(COAXLE_MODE_OBSERVER, true);
     // SAFETY: the rules of the header.
     let give = |plan: &coaxle_plan| unsafe { coaxle_far_axis_plan(axis, plan) };
     let good = plan_of(1_000);
